@@ -1,0 +1,19 @@
+"""Models of the object: readable YAML, exact linear paths, compiled effects, one kernel."""
+
+from .plant import LONGEST_SUBSTEP_S, ModelInput, ModelOutput, ModelState, PlantModel, Simulation
+from .spec import DisturbanceSpec, EffectSpec, ModelError, ModelSpec, PathSpec, TransferFunction
+
+__all__ = [
+    "LONGEST_SUBSTEP_S",
+    "DisturbanceSpec",
+    "EffectSpec",
+    "ModelError",
+    "ModelInput",
+    "ModelOutput",
+    "ModelSpec",
+    "ModelState",
+    "PathSpec",
+    "PlantModel",
+    "Simulation",
+    "TransferFunction",
+]

@@ -1,0 +1,51 @@
+"""The one calling convention of compiled effects, and how the kernel calls them by address.
+
+An effect is a C function `step(parameters, state, value, context) -> value`. Calling it by address lets one
+cached kernel run every combination of effects, foreign ones included, without compiling anything again.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+_POINTER = types.CPointer(types.float64)
+SIGNATURE = types.float64(_POINTER, _POINTER, types.float64, _POINTER)
+
+# Places in the context that the kernel fills for each effect (and, for INJECTION, reads back).
+TIME = 0  # s, start of the sub-step
+SUBSTEP = 1  # s, its length
+RAW_INPUT = 2  # V, the path's voltage before any effect
+OUTPUT = 3  # Pa or m above rest, before output effects, at the start of the sub-step
+FREE_VELOCITY = 4  # Pa/s or m/s at the end of the sub-step if the effect did nothing
+VELOCITY_GAIN = 5  # change of that velocity per volt
+FREE_OUTPUT = 6  # Pa or m above rest at the end of the sub-step if the effect did nothing
+INJECTION_GAIN = 7  # change of that output per unit of injection
+LOAD = 8  # Pa above rest, pressure that loads the position path (0 on the pressure path)
+INJECTION = 9  # Pa/s or m/s, flow added at the slowest real pole; effects add to it
+REST = 10  # Pa, rest pressure, so that LOAD + REST is absolute (on both paths)
+CONTEXT_SIZE = 11
+
+
+def effect_step(function: Callable[..., float]) -> Any:
+    """Compile an effect's step to a cached C function of the one signature."""
+    return numba.cfunc(SIGNATURE, cache=True)(function)
+
+
+@intrinsic
+def call_step(typing_context: Any, address: Any, parameters: Any, state: Any, value: Any, context: Any) -> Any:
+    """Call the effect at an address; pointers are passed as integers (`array.ctypes.data`)."""
+    signature = types.float64(types.int64, types.int64, types.int64, types.float64, types.int64)
+
+    def codegen(_target: Any, builder: Any, _signature: Any, args: Any) -> Any:
+        double = ir.DoubleType()
+        pointer = double.as_pointer()
+        function_type = ir.FunctionType(double, [pointer, pointer, double, pointer])
+        function = builder.inttoptr(args[0], function_type.as_pointer())
+        call = [builder.inttoptr(args[1], pointer), builder.inttoptr(args[2], pointer), args[3]]
+        return builder.call(function, [*call, builder.inttoptr(args[4], pointer)])
+
+    return signature, codegen

@@ -1,0 +1,36 @@
+"""Delay: the voltage acts only after a dead time."""
+
+from ..compiled import SUBSTEP, effect_step
+from .effect import Attachment, Effect, Parameter, Quantity
+
+_SLOTS = 512
+
+
+@effect_step
+def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+    if s[513] == 0.0:
+        s[513] = 1.0
+        for j in range(512):
+            s[j] = value
+    head = int(s[512])
+    s[head] = value
+    behind = min(max(p[0] / c[SUBSTEP], 0.0), 510.0)
+    whole = int(behind)
+    part = behind - whole
+    recent = s[(head - whole) % 512]
+    older = s[(head - whole - 1) % 512]
+    s[512] = (head + 1) % 512
+    return recent + part * (older - recent)
+
+
+EFFECT = Effect(
+    name="delay",
+    sentence="The voltage takes a dead time to act.",
+    attachment=Attachment.INPUT,
+    parameters=(Parameter("delay_s", Quantity.TIME, "dead time", 0.0, 1.0, (0.01, 0.04, 0.1)),),
+    step=step,
+    check="Apply a step and time the first movement; look at the card's buffering, bus cycles and long hoses.",
+    source="dead time as a ring of sub-steps with linear interpolation",
+    state_size=_SLOTS + 2,
+    sub_stepped=True,
+)

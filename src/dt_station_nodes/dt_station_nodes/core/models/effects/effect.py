@@ -1,0 +1,91 @@
+"""What an effect is: one physical thing a model has or lacks, with its parameters and its compiled step."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from ...channels import Channel
+
+
+class Attachment(str, Enum):
+    """Where an effect sits in a path."""
+
+    INPUT = "input"  # on the voltage, before the linear path
+    STATE = "state"  # inside it: knows output, velocity and load; changes the voltage or injects a flow
+    OUTPUT = "output"  # on the measured quantity
+
+
+class Quantity(Enum):
+    """What a parameter measures; discovery scales its starts and bounds by the run's own range of it."""
+
+    RATIO = "1"
+    INPUT = "V"
+    INPUT_RATE = "V/s"
+    OUTPUT = "output"
+    VELOCITY = "output/s"
+    TIME = "s"
+    RATE = "1/s"
+    FREQUENCY = "Hz"
+    ANGLE = "rad"
+    PER_LOAD = "1/Pa"
+    VELOCITY_PER_LOAD = "output/(s Pa)"
+    INPUT_PER_OUTPUT_CUBED = "V/output^3"
+    VELOCITY_PER_ROOT_OUTPUT = "output^0.5/s"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One number of an effect.
+
+    `lower`, `upper` and `starts` are multiples of the run's scale of `quantity` (1 for ratios, seconds, hertz and
+    radians); `neutral` is the value, in the parameter's own unit, at which it changes nothing. An `optional`
+    parameter refines the form and stays neutral unless a model sets it or a fit frees it.
+    """
+
+    name: str
+    quantity: Quantity
+    meaning: str
+    lower: float
+    upper: float
+    starts: tuple[float, ...]
+    neutral: float = 0.0
+    optional: bool = False
+
+    def unit(self, channel: Channel) -> str:
+        """Unit on a channel, with the channel's own unit in place of `output`."""
+        return self.quantity.value.replace("output", channel.unit)
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """One effect of the library.
+
+    `step` is a C function made by `effect_step`; its parameters come in the order of `parameters`, its state is
+    `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample.
+    """
+
+    name: str
+    sentence: str
+    attachment: Attachment
+    parameters: tuple[Parameter, ...]
+    step: Any
+    check: str
+    source: str
+    channels: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
+    state_size: int = 0
+    sub_stepped: bool = False
+
+    def parameter(self, name: str) -> Parameter:
+        """The parameter of that name; KeyError if there is none."""
+        return {p.name: p for p in self.parameters}[name]
+
+    def complete(self, given: dict[str, float]) -> dict[str, float]:
+        """All parameters in order, absent optional ones at their neutral value; ValueError on a missing one."""
+        missing = [p.name for p in self.parameters if not p.optional and p.name not in given]
+        unknown = sorted(set(given) - {p.name for p in self.parameters})
+        if missing or unknown:
+            names = ", ".join(p.name for p in self.parameters)
+            raise ValueError(
+                f"effect {self.name} takes {names}; missing {missing or 'none'}, unknown {unknown or 'none'}"
+            )
+        return {p.name: float(given.get(p.name, p.neutral)) for p in self.parameters}

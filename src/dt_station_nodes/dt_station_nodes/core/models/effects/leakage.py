@@ -1,0 +1,34 @@
+"""Leakage: oil lost past the piston lets it creep under load."""
+
+import math
+
+from ...channels import Channel
+from ..compiled import INJECTION, LOAD, REST, effect_step
+from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@effect_step
+def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+    coefficient, turbulence, base = p[0], p[1], p[2]
+    pressure = c[LOAD] + c[REST] - base
+    laminar = pressure
+    # The turbulent law is scaled to meet the laminar one at the rest pressure.
+    turbulent = math.copysign(math.sqrt(abs(pressure) * max(c[REST], 1.0)), pressure)
+    c[INJECTION] -= coefficient * ((1.0 - turbulence) * laminar + turbulence * turbulent)
+    return value
+
+
+EFFECT = Effect(
+    name="leakage",
+    sentence="Oil leaking past the piston lets it creep in proportion to the load pressure.",
+    attachment=Attachment.STATE,
+    parameters=(
+        Parameter("coefficient", Quantity.VELOCITY_PER_LOAD, "creep per load pressure", -1.0, 1.0, (0.01, 0.05, -0.02)),
+        Parameter("turbulence", Quantity.RATIO, "0: laminar gap, 1: square-root orifice", 0.0, 1.0, (0.0,), optional=True),
+        Parameter("base_pressure_pa", Quantity.RATIO, "pressure at which nothing leaks", 0.0, 1e8, (0.0,), optional=True),
+    ),
+    step=step,
+    check="Block the valve, load the piston and watch it creep; look at piston seals and the valve's leakage flow.",
+    source="Merritt, Hydraulic Control Systems (1967), 2.2 and 6.2: laminar leakage coefficient",
+    channels=(Channel.POSITION,),
+)

@@ -1,0 +1,52 @@
+"""Resonance: a lightly damped mode of oil, hose or frame."""
+
+import math
+
+from ..compiled import SUBSTEP, effect_step
+from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@effect_step
+def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+    frequency, damping, share = p[0], p[1], p[2]
+    if s[2] == 0.0:
+        s[2] = 1.0
+        s[0] = value
+        s[1] = 0.0
+        w = 2.0 * math.pi * frequency
+        h = c[SUBSTEP]
+        # exp(A h) of the mode's state matrix, kept in the state since it is the same at every sub-step.
+        decay = math.exp(-damping * w * h)
+        if damping < 1.0:
+            wd = w * math.sqrt(max(1.0 - damping * damping, 1e-12))
+            cosine, sine = math.cos(wd * h), math.sin(wd * h) / wd
+        else:
+            wd = w * math.sqrt(max(damping * damping - 1.0, 1e-12))
+            cosine, sine = math.cosh(wd * h), math.sinh(wd * h) / wd
+        s[3] = decay * (cosine + damping * w * sine)
+        s[4] = decay * sine
+        s[5] = -w * w * decay * sine
+        s[6] = decay * (cosine - damping * w * sine)
+    before = s[0]
+    offset = before - value
+    rate = s[1]
+    s[0] = value + s[3] * offset + s[4] * rate
+    s[1] = s[5] * offset + s[6] * rate
+    return value + share * (0.5 * (before + s[0]) - value)
+
+
+EFFECT = Effect(
+    name="resonance",
+    sentence="A lightly damped mode rings after fast changes.",
+    attachment=Attachment.INPUT,
+    parameters=(
+        Parameter("frequency_hz", Quantity.FREQUENCY, "natural frequency of the mode", 0.2, 20.0, (1.5, 4.0, 8.0)),
+        Parameter("damping", Quantity.RATIO, "damping ratio", 0.005, 1.5, (0.05, 0.3)),
+        Parameter("share", Quantity.RATIO, "share of the input that passes through the mode", 0.0, 2.0, (1.0,), neutral=1.0, optional=True),
+    ),
+    step=step,
+    check="Tap or step the rig and listen for ringing; look at hose length, trapped air and frame stiffness.",
+    source="second-order mode; hydraulic natural frequency as Merritt (1967), 6.2",
+    state_size=7,
+    sub_stepped=True,
+)

@@ -1,0 +1,33 @@
+"""Saturation: the valve or its amplifier gives no more beyond a limit."""
+
+import math
+
+from ..compiled import effect_step
+from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@effect_step
+def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+    upper, lower, rounding = p[0], p[1], p[2]
+    if rounding > 1e-12:
+        a = (value - lower) / rounding
+        b = (value - upper) / rounding
+        above = a if a > 30.0 else math.log1p(math.exp(a))
+        beyond = b if b > 30.0 else math.log1p(math.exp(b))
+        return lower + rounding * (above - beyond)
+    return min(max(value, lower), upper)
+
+
+EFFECT = Effect(
+    name="saturation",
+    sentence="Beyond a limit more voltage gives no more effect.",
+    attachment=Attachment.INPUT,
+    parameters=(
+        Parameter("upper_v", Quantity.INPUT, "highest voltage that still counts", -1.5, 3.0, (0.5, 0.9, 1.3), neutral=1e9),
+        Parameter("lower_v", Quantity.INPUT, "lowest voltage that still counts", -3.0, 1.5, (-1.3, -0.9, -0.5), neutral=-1e9),
+        Parameter("rounding_v", Quantity.INPUT, "voltage over which the corners are rounded", 0.0, 0.5, (0.05,), optional=True),
+    ),
+    step=step,
+    check="Raise the voltage in steps and see where output or speed stops following; look at amplifier and supply limits.",
+    source="Merritt, Hydraulic Control Systems (1967), 5.3: flow saturation",
+)
