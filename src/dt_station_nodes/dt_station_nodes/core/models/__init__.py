@@ -1,6 +1,7 @@
 """Models of the object: readable YAML, exact linear paths, compiled effects, one kernel."""
 
-from .plant import LONGEST_SUBSTEP_S, ModelInput, ModelOutput, ModelState, PlantModel, Simulation
+from .plant import ModelInput, ModelOutput, ModelState, PlantModel, Simulation
+from .prepare import LONGEST_SUBSTEP_S
 from .spec import DisturbanceSpec, EffectSpec, ModelError, ModelSpec, PathSpec, TransferFunction
 
 __all__ = [

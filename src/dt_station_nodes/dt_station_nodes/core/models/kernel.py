@@ -1,9 +1,8 @@
 """The compiled heart: runs both paths with all their effects over a block of samples.
 
-One function serves stepping and whole simulations, so that both give the same bits.
+One function serves stepping and whole simulations, so that both give the same bits. A path's numbers lie in one
+flat array and its places in another: passing many small arrays costs more than the arithmetic they hold.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -27,112 +26,128 @@ from .compiled import (
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-INPUT, STATE, OUT = 0, 1, 2
+# Places in a path's `places`; the A_T.. ones are offsets into its `numbers`.
+STATES = 0  # number n of linear states
+AWAY_STATES = 1  # number m of disturbance states
+INPUT_END = 2  # effects before it act on the input,
+STATE_END = 3  # those before it inside the path,
+EFFECTS = 4  # the rest, up to this number, on the output
+A_T = 5  # (n, n) transposed, so that the inner loop runs over independent sums
+B = 6  # (n,)
+E = 7  # (n,)
+C = 8  # (n,)
+VELOCITY = 9  # (n,)
+AWAY_A_T = 10  # (m, m) transposed; the disturbance path's input is in Pa
+AWAY_B = 11  # (m,)
+AWAY_C = 12  # (m,)
+AWAY_VELOCITY = 13  # (m,)
+PARAMETERS = 14
+STATE_AT = 15  # offset of the path's linear states in the state; then disturbance states, then effects' memory
+PER_EFFECT = 16  # then three places an effect: address, parameters' offset, memory's offset
 
-
-class PathArrays(NamedTuple):
-    """One path ready for the kernel; shapes in n states, m disturbance states, k effects."""
-
-    a: Array  # (n, n)
-    b: Array  # (n,)
-    e: Array  # (n,)
-    c: Array  # (n,)
-    velocity: Array  # (n,)
-    direct: Array  # (3,): feed-through, velocity feed-through, rest (SI)
-    gains: Array  # (2,): change of free velocity per volt, of free output per injection, over a sub-step
-    da: Array  # (m, m), disturbance path, input Pa
-    db: Array  # (m,)
-    dc: Array  # (m,)
-    dvelocity: Array  # (m,)
-    ddirect: Array  # (2,)
-    kind: Integers  # (k,): INPUT, STATE or OUT, sorted in this order
-    address: Integers  # (k,): of the effects' steps
-    parameter_at: Integers  # (k,): where each effect's parameters start
-    state_at: Integers  # (k,): where each effect's state starts
-    parameters: Array
+# The first numbers of a path.
+DIRECT = 0  # output per volt, at once
+DIRECT_VELOCITY = 1
+AWAY_DIRECT = 2  # output per Pa, at once
+AWAY_DIRECT_VELOCITY = 3
+GAIN_VELOCITY = 4  # free velocity at the sub-step's end per volt
+GAIN_OUTPUT = 5  # free output at the sub-step's end per volt
+GAIN_INJECTION = 6  # free output at the sub-step's end per injection
+GAIN_INJECTED_VELOCITY = 7
+REST_OUTPUT = 8  # SI
+HEADER = 9
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
-def _dot(x: Array, y: Array) -> float:
+def _dot(numbers: Array, at: int, x: Array, x_at: int, n: int) -> float:
     total = 0.0
-    for i in range(x.size):
-        total += x[i] * y[i]
+    for i in range(n):
+        total += numbers[at + i] * x[x_at + i]
     return total
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
-def _advance(a: Array, b: Array, u: float, x: Array, scratch: Array) -> None:
-    for i in range(x.size):
-        total = b[i] * u
-        for j in range(x.size):
-            total += a[i, j] * x[j]
-        scratch[i] = total
-    for i in range(x.size):
-        x[i] = scratch[i]
+def _advance(numbers: Array, a_t: int, b: int, u: float, x: Array, x_at: int, n: int, scratch: Array) -> None:
+    """Put a x + b u into scratch."""
+    for i in range(n):
+        scratch[i] = numbers[b + i] * u
+    for j in range(n):
+        for i in range(n):
+            scratch[i] += numbers[a_t + j * n + i] * x[x_at + j]
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
-def _substep(path: PathArrays, x: Array, xd: Array, memory: Array, voltage: float, load: float, c: Array, scratch: Array) -> float:
+def _effect(numbers: Array, places: Integers, k: int, state: Array, value: float, context: Array) -> float:
+    at = PER_EFFECT + 3 * k
+    return call_step(
+        places[at],
+        numbers.ctypes.data + 8 * places[at + 1],
+        state.ctypes.data + 8 * places[at + 2],
+        value,
+        context.ctypes.data,
+    )
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _substep(
+    numbers: Array, places: Integers, state: Array, voltage: float, load: float, context: Array, scratch: Array
+) -> float:
     """Advance one path by one sub-step; the output above rest at its end, output effects applied."""
-    pp = path.parameters.ctypes.data
-    mp = memory.ctypes.data
-    cp = c.ctypes.data
-    n_effects = path.kind.size
-    c[RAW_INPUT] = voltage
-    c[LOAD] = load
-    c[INJECTION] = 0.0
+    n = places[STATES]
+    m = places[AWAY_STATES]
+    x = places[STATE_AT]
+    xd = x + n
+    context[RAW_INPUT] = voltage
+    context[LOAD] = load
+    context[INJECTION] = 0.0
     u = voltage
-    k = 0
-    while k < n_effects and path.kind[k] == INPUT:
-        u = call_step(path.address[k], pp + 8 * path.parameter_at[k], mp + 8 * path.state_at[k], u, cp)
-        k += 1
-    n = x.size
-    if k < n_effects and path.kind[k] == STATE:
-        c[OUTPUT] = _dot(path.c, x) + _dot(path.dc, xd)
-        c[VELOCITY_GAIN] = path.gains[0]
-        c[INJECTION_GAIN] = path.gains[1]
-        away = 0.0
-        away_velocity = path.ddirect[1] * load
-        for i in range(xd.size):
-            total = path.db[i] * load
-            for j in range(xd.size):
-                total += path.da[i, j] * xd[j]
-            away += path.dc[i] * total
-            away_velocity += path.dvelocity[i] * total
+    for k in range(places[INPUT_END]):
+        u = _effect(numbers, places, k, state, u, context)
+    away = numbers[AWAY_DIRECT] * load
+    away_velocity = numbers[AWAY_DIRECT_VELOCITY] * load
+    before = 0.0
+    inside = places[STATE_END] > places[INPUT_END]
+    if inside:
+        before = _dot(numbers, places[C], state, x, n) + _dot(numbers, places[AWAY_C], state, xd, m)
+    if m > 0:
+        _advance(numbers, places[AWAY_A_T], places[AWAY_B], load, state, xd, m, scratch)
+        for i in range(m):
+            state[xd + i] = scratch[i]
+        away += _dot(numbers, places[AWAY_C], state, xd, m)
+        away_velocity += _dot(numbers, places[AWAY_VELOCITY], state, xd, m)
+    if inside:
+        _advance(numbers, places[A_T], places[B], 0.0, state, x, n, scratch)
+        drift = _dot(numbers, places[C], scratch, 0, n) + away
+        drift_velocity = _dot(numbers, places[VELOCITY], scratch, 0, n) + away_velocity
+        context[OUTPUT] = before
+        context[VELOCITY_GAIN] = numbers[GAIN_VELOCITY]
+        context[INJECTION_GAIN] = numbers[GAIN_INJECTION]
+        for k in range(places[INPUT_END], places[STATE_END]):
+            flow = context[INJECTION]
+            context[FREE_OUTPUT] = drift + numbers[GAIN_OUTPUT] * u + numbers[GAIN_INJECTION] * flow
+            context[FREE_VELOCITY] = drift_velocity + numbers[GAIN_VELOCITY] * u + numbers[GAIN_INJECTED_VELOCITY] * flow
+            u = _effect(numbers, places, k, state, u, context)
+        flow = context[INJECTION]
         for i in range(n):
-            total = 0.0
-            for j in range(n):
-                total += path.a[i, j] * x[j]
-            scratch[i] = total
-        drift = _dot(path.c, scratch) + away
-        drift_velocity = _dot(path.velocity, scratch) + away_velocity
-        output_gain = _dot(path.c, path.b) + path.direct[0]
-        injected_velocity = _dot(path.velocity, path.e)
-        while k < n_effects and path.kind[k] == STATE:
-            c[FREE_OUTPUT] = drift + output_gain * u + path.gains[1] * c[INJECTION]
-            c[FREE_VELOCITY] = drift_velocity + path.gains[0] * u + injected_velocity * c[INJECTION]
-            u = call_step(path.address[k], pp + 8 * path.parameter_at[k], mp + 8 * path.state_at[k], u, cp)
-            k += 1
-        for i in range(n):
-            x[i] = scratch[i] + path.b[i] * u + path.e[i] * c[INJECTION]
+            state[x + i] = scratch[i] + numbers[places[B] + i] * u + numbers[places[E] + i] * flow
     else:
-        _advance(path.a, path.b, u, x, scratch)
-    if xd.size > 0:
-        _advance(path.da, path.db, load, xd, scratch)
-    y = _dot(path.c, x) + path.direct[0] * u + _dot(path.dc, xd) + path.ddirect[0] * load
-    while k < n_effects:
-        y = call_step(path.address[k], pp + 8 * path.parameter_at[k], mp + 8 * path.state_at[k], y, cp)
-        k += 1
+        _advance(numbers, places[A_T], places[B], u, state, x, n, scratch)
+        for i in range(n):
+            state[x + i] = scratch[i]
+    y = _dot(numbers, places[C], state, x, n) + numbers[DIRECT] * u + away
+    for k in range(places[STATE_END], places[EFFECTS]):
+        y = _effect(numbers, places, k, state, y, context)
     return y
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def run(
-    pressure: PathArrays,
-    position: PathArrays,
+    pressure: Array,
+    pressure_places: Integers,
+    position: Array,
+    position_places: Integers,
     timing: Array,
     state: Array,
-    layout: Integers,
     voltages: Array,
     measured: Array,
     context: Array,
@@ -141,39 +156,30 @@ def run(
     """Simulate n samples in place.
 
     `timing`: sample time s, sub-steps a sample, 1 to interpolate the measured pressure within a sample (0: hold);
-    `state`: sample count, output above rest of each path, then per path linear states, disturbance states and
-    effects' memory, bounded by `layout` (7,); `voltages` (n, 2): load, servo; `measured` (n,) pressure in Pa, or
-    empty to drive the disturbance path with the simulated one; `outputs` (n, 2): pressure, position in SI, each
-    at its sample, before that sample's voltages act.
+    `state`: sample count, output above rest of each path, then the paths' states; `voltages` (n, 2): load, servo;
+    `measured` (n,): pressure in Pa, or empty to drive the disturbance path with the simulated one; `outputs`
+    (n, 2): pressure, position in SI, each at its sample, before that sample's voltages act.
     """
-    x0 = state[layout[0] : layout[1]]
-    d0 = state[layout[1] : layout[2]]
-    m0 = state[layout[2] : layout[3]]
-    x1 = state[layout[3] : layout[4]]
-    d1 = state[layout[4] : layout[5]]
-    m1 = state[layout[5] : layout[6]]
-    scratch = np.empty(max(x0.size, x1.size, d0.size, d1.size, 1))
+    scratch = np.empty(max(pressure_places[STATES], position_places[STATES], position_places[AWAY_STATES], 1))
     substeps = int(timing[1])
     h = timing[0] / substeps
-    rest = pressure.direct[2]
+    rest = pressure[REST_OUTPUT]
     n = voltages.shape[0]
     context[SUBSTEP] = h
     context[REST] = rest
     for i in range(n):
         outputs[i, 0] = state[1] + rest
-        outputs[i, 1] = state[2] + position.direct[2]
+        outputs[i, 1] = state[2] + position[REST_OUTPUT]
         for j in range(substeps):
             context[TIME] = state[0] * timing[0] + j * h
+            before = state[1]
+            state[1] = _substep(pressure, pressure_places, state, voltages[i, 0], 0.0, context, scratch)
             if measured.size > 0:
                 load = measured[i] - rest
                 if timing[2] > 0.0 and i + 1 < n:
                     load += (measured[i + 1] - measured[i]) * ((j + 0.5) / substeps)
             else:
-                load = state[1]
-            before = state[1]
-            state[1] = _substep(pressure, x0, d0, m0, voltages[i, 0], 0.0, context, scratch)
-            if measured.size == 0:
                 # The mean over the sub-step: the simulated pressure moves while the position path integrates it.
                 load = 0.5 * (before + state[1])
-            state[2] = _substep(position, x1, d1, m1, voltages[i, 1], load, context, scratch)
+            state[2] = _substep(position, position_places, state, voltages[i, 1], load, context, scratch)
         state[0] += 1.0

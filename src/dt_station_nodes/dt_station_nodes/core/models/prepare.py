@@ -1,0 +1,107 @@
+"""From a validated path to the flat arrays that the kernel runs."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import kernel
+from .effects import Attachment, registry
+from .linear import LinearPath, discretise
+from .spec import ModelSpec, PathSpec
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Long enough for speed at 20 ms, short enough that stick, lag and delay are resolved.
+LONGEST_SUBSTEP_S = 0.005
+
+_ORDER = (Attachment.INPUT, Attachment.STATE, Attachment.OUTPUT)
+_EMPTY = np.zeros(0)
+_NOTHING = LinearPath(np.zeros((0, 0)), _EMPTY, _EMPTY, 0.0, _EMPTY, _EMPTY, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedPath:
+    """One path as the kernel takes it; its states occupy `size` places of the model's state from `state_at` on."""
+
+    linear: LinearPath
+    numbers: Array
+    places: Integers
+    state_at: int
+    size: int
+    rest: float
+
+
+def substeps(spec: ModelSpec, sample_time_s: float) -> int:
+    """Sub-steps a sample needs: one, unless an effect or the disturbance path moves within a sample."""
+    effects = [registry()[effect.name] for path in spec.paths.values() for effect in path.effects]
+    coupled = any(path.disturbance is not None for path in spec.paths.values())
+    if not coupled and not any(effect.sub_stepped for effect in effects):
+        return 1
+    return max(1, math.ceil(sample_time_s / LONGEST_SUBSTEP_S - 1e-9))
+
+
+def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath:
+    """Discretise a path and lay out its numbers; an absent path gives a constant zero."""
+    linear = _NOTHING if path is None else discretise(path, path.scale, step_s)
+    away = _NOTHING
+    if path is not None and path.disturbance is not None:
+        away = discretise(path.disturbance, path.scale * path.disturbance.input_scale, step_s)
+    chosen = [] if path is None else [(registry()[e.name], e.parameters) for e in path.effects]
+    chosen.sort(key=lambda pair: _ORDER.index(pair[0].attachment))
+    n, m = linear.b.size, away.b.size
+
+    header = np.zeros(kernel.HEADER)
+    header[kernel.DIRECT] = linear.d
+    header[kernel.DIRECT_VELOCITY] = linear.velocity_direct
+    header[kernel.AWAY_DIRECT] = away.d
+    header[kernel.AWAY_DIRECT_VELOCITY] = away.velocity_direct
+    header[kernel.GAIN_VELOCITY] = linear.velocity @ linear.b + linear.velocity_direct
+    header[kernel.GAIN_OUTPUT] = linear.c @ linear.b + linear.d
+    header[kernel.GAIN_INJECTION] = linear.c @ linear.e
+    header[kernel.GAIN_INJECTED_VELOCITY] = linear.velocity @ linear.e
+    header[kernel.REST_OUTPUT] = 0.0 if path is None else path.rest
+
+    blocks = [header, linear.a.T.ravel(), linear.b, linear.e, linear.c, linear.velocity]
+    blocks += [away.a.T.ravel(), away.b, away.c, away.velocity]
+    parameters = [np.array(list(effect.complete(given).values()), dtype=np.float64) for effect, given in chosen]
+    at = np.cumsum([0, *(block.size for block in (*blocks, *parameters))])
+
+    places = np.zeros(kernel.PER_EFFECT + 3 * len(chosen), dtype=np.int64)
+    places[kernel.STATES], places[kernel.AWAY_STATES] = n, m
+    attached = [effect.attachment for effect, _ in chosen]
+    places[kernel.INPUT_END] = attached.count(Attachment.INPUT)
+    places[kernel.STATE_END] = places[kernel.INPUT_END] + attached.count(Attachment.STATE)
+    places[kernel.EFFECTS] = len(chosen)
+    places[kernel.A_T : kernel.PARAMETERS + 1] = at[1 : kernel.PARAMETERS - kernel.A_T + 2]
+    places[kernel.STATE_AT] = state_at
+    memory_at = state_at + n + m
+    for k, (effect, _) in enumerate(chosen):
+        place = kernel.PER_EFFECT + 3 * k
+        places[place : place + 3] = effect.step.address, at[len(blocks) + k], memory_at
+        memory_at += effect.state_size
+    numbers = np.concatenate([*blocks, *parameters])
+    return PreparedPath(linear, numbers, places, state_at, memory_at - state_at, float(header[kernel.REST_OUTPUT]))
+
+
+def standing(path: PreparedPath, above: float) -> Array:
+    """Linear states, shape (n,), at which the output stands at `above` rest with the voltage that holds it there.
+
+    Least norm where an integrator leaves the state free.
+    """
+    linear = path.linear
+    n = linear.b.size
+    if n == 0:
+        return np.zeros(0)
+    system = np.zeros((n + 1, n + 1))
+    system[:n, :n] = linear.a - np.eye(n)
+    system[:n, n] = linear.b
+    system[n, :n] = linear.c
+    system[n, n] = linear.d
+    right = np.zeros(n + 1)
+    right[n] = above
+    scale = np.maximum(np.abs(system).max(axis=1), 1e-300)
+    solution = np.linalg.lstsq(system / scale[:, None], right / scale, rcond=None)[0]
+    return np.asarray(solution[:n], dtype=np.float64)
