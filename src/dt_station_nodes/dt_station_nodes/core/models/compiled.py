@@ -4,7 +4,7 @@ An effect is a C function `step(parameters, state, value, context) -> value`. Ca
 cached kernel run every combination of effects, foreign ones included, without compiling anything again.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, MutableSequence
 from typing import Any
 
 import numba
@@ -12,6 +12,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
+Doubles = MutableSequence[float]
 _POINTER = types.CPointer(types.float64)
 SIGNATURE = types.float64(_POINTER, _POINTER, types.float64, _POINTER)
 

@@ -58,7 +58,7 @@ REST_OUTPUT = 8  # SI
 HEADER = 9
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _dot(numbers: Array, at: int, x: Array, x_at: int, n: int) -> float:
     total = 0.0
     for i in range(n):
@@ -66,7 +66,7 @@ def _dot(numbers: Array, at: int, x: Array, x_at: int, n: int) -> float:
     return total
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _advance(numbers: Array, a_t: int, b: int, u: float, x: Array, x_at: int, n: int, scratch: Array) -> None:
     """Put a x + b u into scratch."""
     for i in range(n):
@@ -76,7 +76,7 @@ def _advance(numbers: Array, a_t: int, b: int, u: float, x: Array, x_at: int, n:
             scratch[i] += numbers[a_t + j * n + i] * x[x_at + j]
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _effect(numbers: Array, places: Integers, k: int, state: Array, value: float, context: Array) -> float:
     at = PER_EFFECT + 3 * k
     return call_step(
@@ -88,7 +88,7 @@ def _effect(numbers: Array, places: Integers, k: int, state: Array, value: float
     )
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _substep(
     numbers: Array, places: Integers, state: Array, voltage: float, load: float, context: Array, scratch: Array
 ) -> float:
@@ -125,7 +125,9 @@ def _substep(
         for k in range(places[INPUT_END], places[STATE_END]):
             flow = context[INJECTION]
             context[FREE_OUTPUT] = drift + numbers[GAIN_OUTPUT] * u + numbers[GAIN_INJECTION] * flow
-            context[FREE_VELOCITY] = drift_velocity + numbers[GAIN_VELOCITY] * u + numbers[GAIN_INJECTED_VELOCITY] * flow
+            context[FREE_VELOCITY] = (
+                drift_velocity + numbers[GAIN_VELOCITY] * u + numbers[GAIN_INJECTED_VELOCITY] * flow
+            )
             u = _effect(numbers, places, k, state, u, context)
         flow = context[INJECTION]
         for i in range(n):
@@ -140,7 +142,7 @@ def _substep(
     return y
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def run(
     pressure: Array,
     pressure_places: Integers,

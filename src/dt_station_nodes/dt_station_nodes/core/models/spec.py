@@ -64,8 +64,8 @@ class TransferFunction(_Frozen):
             raise ValueError("coefficients must be finite numbers")
         if self.denominator[0] == 0.0:
             raise ValueError("the denominator's first coefficient must not be 0")
-        stripped = len(self.numerator) - next((i for i, v in enumerate(self.numerator) if v != 0.0), len(self.numerator))
-        if stripped > len(self.denominator):
+        leading = next((i for i, v in enumerate(self.numerator) if v != 0.0), len(self.numerator))
+        if len(self.numerator) - leading > len(self.denominator):
             raise ValueError("the numerator's degree exceeds the denominator's: an improper path cannot be simulated")
         return self
 

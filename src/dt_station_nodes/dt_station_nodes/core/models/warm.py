@@ -1,4 +1,4 @@
-"""Compile everything once, so that no interactive command waits for it: `python -m dt_station_nodes.core.models.warm`."""
+"""Compile everything once, so that no interactive command waits for it; run as a module by the entry script."""
 
 import numpy as np
 

@@ -1,10 +1,10 @@
 """The library of effects: one file each, foreign ones by the entry point group `dt_station.effects`."""
 
+from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from types import MappingProxyType
-from collections.abc import Mapping
 
 from ...errors import StationError
 from .effect import Attachment, Effect, Parameter, Quantity
@@ -45,7 +45,7 @@ def registry() -> Mapping[str, Effect]:
         effect = point.load()
         if not isinstance(effect, Effect) or effect.name in found:
             raise EffectError(
-                f"entry point {point.name} = {point.value} must give an Effect with a new name; fix or uninstall its package"
+                f"entry point {point.name} = {point.value} must be an Effect with a new name; uninstall its package"
             )
         found[effect.name] = effect
     return MappingProxyType(found)

@@ -1,11 +1,11 @@
 """Asymmetric gain: one direction answers more strongly than the other."""
 
-from ..compiled import effect_step
+from ..compiled import Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     x = value - p[1]
     return p[1] + (x * (1.0 + p[0]) if x > 0.0 else x * (1.0 - p[0]))
 
@@ -15,10 +15,17 @@ EFFECT = Effect(
     sentence="One direction answers more strongly than the other.",
     attachment=Attachment.INPUT,
     parameters=(
-        Parameter("asymmetry", Quantity.RATIO, "gain above the centre over, below it under the mean", -0.95, 0.95, (0.1, -0.1, 0.5, -0.5)),
+        Parameter(
+            "asymmetry",
+            Quantity.RATIO,
+            "gain above the centre over, below it under the mean",
+            -0.95,
+            0.95,
+            (0.1, -0.1, 0.5, -0.5),
+        ),
         Parameter("centre_v", Quantity.INPUT, "voltage at which the gain changes", -3.0, 3.0, (0.0,), optional=True),
     ),
-    step=step,
-    check="Compare speed out and in at the same voltage; compare piston and rod side areas, look for a worn spool edge.",
+    step=_step,
+    check="Compare speed out and in at the same voltage; compare piston and rod side areas, look for a worn edge.",
     source="differential cylinder: Jelali & Kroll, Hydraulic Servo-systems (2003), 4.3",
 )

@@ -1,11 +1,11 @@
 """Backlash: play between the actuator and what the sensor sees."""
 
-from ..compiled import effect_step
+from ..compiled import Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     half_width = p[0]
     if s[1] == 0.0:
         s[1] = 1.0
@@ -18,10 +18,8 @@ EFFECT = Effect(
     name="backlash",
     sentence="After each reversal the output stands still until play in the linkage is taken up.",
     attachment=Attachment.OUTPUT,
-    parameters=(
-        Parameter("half_width", Quantity.OUTPUT, "half the play", 0.0, 0.5, (0.01, 0.05, 0.2)),
-    ),
-    step=step,
+    parameters=(Parameter("half_width", Quantity.OUTPUT, "half the play", 0.0, 0.5, (0.01, 0.05, 0.2)),),
+    step=_step,
     check="Hold the actuator and move the load by hand or dial gauge; look at pins, couplings and sensor mounting.",
     source="Nordin & Gutman, Automatica 38 (2002) 1633: dead-zone-free play model",
     state_size=2,

@@ -1,12 +1,12 @@
 """Cubic stiffness: a restoring force that grows with the cube of the stroke."""
 
 from ...channels import Channel
-from ..compiled import OUTPUT, effect_step
+from ..compiled import OUTPUT, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     y = c[OUTPUT] - p[1]
     return value - p[0] * y * y * y
 
@@ -16,11 +16,18 @@ EFFECT = Effect(
     sentence="A hardening spring pulls the piston back, ever more strongly away from its centre.",
     attachment=Attachment.STATE,
     parameters=(
-        Parameter("coefficient", Quantity.INPUT_PER_OUTPUT_CUBED, "voltage needed per cube of the stroke", -3.0, 3.0, (0.02, 0.2, -0.02)),
+        Parameter(
+            "coefficient",
+            Quantity.INPUT_PER_OUTPUT_CUBED,
+            "voltage needed per cube of the stroke",
+            -3.0,
+            3.0,
+            (0.02, 0.2, -0.02),
+        ),
         Parameter("centre", Quantity.OUTPUT, "place where the spring is at rest", -2.0, 2.0, (0.0,), optional=True),
     ),
-    step=step,
-    check="Measure the voltage needed to hold several places along the stroke; look for bellows, hoses and end cushions.",
+    step=_step,
+    check="Measure the voltage needed to hold several places along the stroke; look for bellows and end cushions.",
     source="Duffing spring; Nayfeh & Mook, Nonlinear Oscillations (1979), 4.1",
     channels=(Channel.POSITION,),
     sub_stepped=True,

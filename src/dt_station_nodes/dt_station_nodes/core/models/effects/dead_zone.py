@@ -2,12 +2,12 @@
 
 import math
 
-from ..compiled import effect_step
+from ..compiled import Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     half_width, centre, rounding = p[0], p[1], p[2]
     x = value - centre
     if rounding > 1e-9 * (abs(half_width) + 1e-12):
@@ -27,9 +27,11 @@ EFFECT = Effect(
     parameters=(
         Parameter("half_width_v", Quantity.INPUT, "half the width of the dead band", 0.0, 1.5, (0.05, 0.2, 0.5)),
         Parameter("centre_v", Quantity.INPUT, "voltage in its middle", -1.0, 1.0, (0.0,), optional=True),
-        Parameter("rounding_v", Quantity.INPUT, "voltage over which its corners are rounded", 0.0, 0.5, (0.05,), optional=True),
+        Parameter(
+            "rounding_v", Quantity.INPUT, "voltage over which its corners are rounded", 0.0, 0.5, (0.05,), optional=True
+        ),
     ),
-    step=step,
+    step=_step,
     check="Sweep the voltage slowly through zero and read off where the flow starts in each direction.",
     source="Merritt, Hydraulic Control Systems (1967), 5.4: lapped spool",
 )

@@ -1,13 +1,13 @@
 """Delay: the voltage acts only after a dead time."""
 
-from ..compiled import SUBSTEP, effect_step
+from ..compiled import SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 _SLOTS = 512
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[513] == 0.0:
         s[513] = 1.0
         for j in range(512):
@@ -28,7 +28,7 @@ EFFECT = Effect(
     sentence="The voltage takes a dead time to act.",
     attachment=Attachment.INPUT,
     parameters=(Parameter("delay_s", Quantity.TIME, "dead time", 0.0, 1.0, (0.01, 0.04, 0.1)),),
-    step=step,
+    step=_step,
     check="Apply a step and time the first movement; look at the card's buffering, bus cycles and long hoses.",
     source="dead time as a ring of sub-steps with linear interpolation",
     state_size=_SLOTS + 2,

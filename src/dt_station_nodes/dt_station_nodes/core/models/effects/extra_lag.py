@@ -2,12 +2,12 @@
 
 import math
 
-from ..compiled import SUBSTEP, effect_step
+from ..compiled import SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[1] == 0.0:
         s[1] = 1.0
         s[0] = value
@@ -28,7 +28,7 @@ EFFECT = Effect(
     sentence="A further first-order lag slows the answer.",
     attachment=Attachment.INPUT,
     parameters=(Parameter("time_constant_s", Quantity.TIME, "time constant of the lag", 0.0, 2.0, (0.01, 0.05, 0.2)),),
-    step=step,
+    step=_step,
     check="Measure amplifier current against voltage, and the sensor's filter; compare the step answer's first part.",
     source="first-order element, exact for a held input",
     state_size=2,

@@ -3,12 +3,12 @@
 import math
 
 from ...channels import Channel
-from ..compiled import FREE_VELOCITY, VELOCITY_GAIN, effect_step
+from ..compiled import FREE_VELOCITY, VELOCITY_GAIN, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     coulomb, static_excess, stribeck_velocity, asymmetry = p[0], p[1], p[2], p[3]
     gain = c[VELOCITY_GAIN]
     if gain == 0.0:
@@ -29,12 +29,30 @@ EFFECT = Effect(
     sentence="Dry friction opposes motion and holds the piston still at small voltages and at reversals.",
     attachment=Attachment.STATE,
     parameters=(
-        Parameter("coulomb_v", Quantity.INPUT, "Coulomb friction, referred to the valve voltage", 0.0, 1.5, (0.03, 0.15, 0.5)),
-        Parameter("static_excess_v", Quantity.INPUT, "static friction above Coulomb friction", 0.0, 1.0, (0.05,), optional=True),
+        Parameter(
+            "coulomb_v", Quantity.INPUT, "Coulomb friction, referred to the valve voltage", 0.0, 1.5, (0.03, 0.15, 0.5)
+        ),
+        Parameter(
+            "static_excess_v",
+            Quantity.INPUT,
+            "static friction above Coulomb friction",
+            0.0,
+            1.0,
+            (0.05,),
+            optional=True,
+        ),
         Parameter("stribeck_velocity", Quantity.VELOCITY, "Stribeck velocity", 0.0, 1.0, (0.05,), optional=True),
-        Parameter("asymmetry", Quantity.RATIO, "Coulomb friction forward above, backward below the mean", -0.9, 0.9, (0.0,), optional=True),
+        Parameter(
+            "asymmetry",
+            Quantity.RATIO,
+            "Coulomb friction forward above, backward below the mean",
+            -0.9,
+            0.9,
+            (0.0,),
+            optional=True,
+        ),
     ),
-    step=step,
+    step=_step,
     check="Move slowly both ways and read the voltage needed at constant speed; look at seals, guides and alignment.",
     source="Armstrong-Helouvry et al., Automatica 30 (1994) 1083; stick by implicit Euler as Acary & Brogliato (2008)",
     channels=(Channel.POSITION,),

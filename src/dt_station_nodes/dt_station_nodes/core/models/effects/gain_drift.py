@@ -2,12 +2,12 @@
 
 import math
 
-from ..compiled import TIME, effect_step
+from ..compiled import TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     rate, settling = p[0], p[1]
     elapsed = settling * (1.0 - math.exp(-c[TIME] / settling)) if settling > 0.0 else c[TIME]
     return value * (1.0 + rate * elapsed)
@@ -18,10 +18,25 @@ EFFECT = Effect(
     sentence="The gain changes slowly in the course of the run.",
     attachment=Attachment.INPUT,
     parameters=(
-        Parameter("rate_per_s", Quantity.RATE, "relative change of the gain per second at the start", -0.05, 0.05, (0.002, -0.002, 0.01, -0.01)),
-        Parameter("settling_s", Quantity.TIME, "time constant with which the drift settles, 0 for never", 0.0, 600.0, (30.0,), optional=True),
+        Parameter(
+            "rate_per_s",
+            Quantity.RATE,
+            "relative change of the gain per second at the start",
+            -0.05,
+            0.05,
+            (0.002, -0.002, 0.01, -0.01),
+        ),
+        Parameter(
+            "settling_s",
+            Quantity.TIME,
+            "time constant with which the drift settles, 0 for never",
+            0.0,
+            600.0,
+            (30.0,),
+            optional=True,
+        ),
     ),
-    step=step,
+    step=_step,
     check="Repeat one step every minute from a cold start; log oil temperature and supply pressure.",
     source="oil viscosity and temperature: Merritt (1967), 1.2",
 )

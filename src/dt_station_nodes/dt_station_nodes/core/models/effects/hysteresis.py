@@ -1,11 +1,11 @@
 """Hysteresis: the valve's magnetisation remembers the way the voltage came."""
 
-from ..compiled import effect_step
+from ..compiled import Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     half_width, spread = p[0], p[1]
     if s[5] == 0.0:
         s[5] = 1.0
@@ -28,9 +28,17 @@ EFFECT = Effect(
     attachment=Attachment.INPUT,
     parameters=(
         Parameter("half_width_v", Quantity.INPUT, "half the width of the loop", 0.0, 1.0, (0.03, 0.15, 0.4)),
-        Parameter("spread", Quantity.RATIO, "0: one sharp play operator, 1: four of spread widths, a smooth loop", 0.0, 1.0, (0.5,), optional=True),
+        Parameter(
+            "spread",
+            Quantity.RATIO,
+            "0: one sharp play operator, 1: four of spread widths, a smooth loop",
+            0.0,
+            1.0,
+            (0.5,),
+            optional=True,
+        ),
     ),
-    step=step,
+    step=_step,
     check="Run a slow triangle and compare the rising and the falling branch; try dither on the valve amplifier.",
     source="Prandtl-Ishlinskii play operators; Visintin, Differential Models of Hysteresis (1994)",
     state_size=6,

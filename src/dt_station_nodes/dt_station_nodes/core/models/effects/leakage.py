@@ -3,12 +3,12 @@
 import math
 
 from ...channels import Channel
-from ..compiled import INJECTION, LOAD, REST, effect_step
+from ..compiled import INJECTION, LOAD, REST, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     coefficient, turbulence, base = p[0], p[1], p[2]
     pressure = c[LOAD] + c[REST] - base
     laminar = pressure
@@ -24,10 +24,14 @@ EFFECT = Effect(
     attachment=Attachment.STATE,
     parameters=(
         Parameter("coefficient", Quantity.VELOCITY_PER_LOAD, "creep per load pressure", -1.0, 1.0, (0.01, 0.05, -0.02)),
-        Parameter("turbulence", Quantity.RATIO, "0: laminar gap, 1: square-root orifice", 0.0, 1.0, (0.0,), optional=True),
-        Parameter("base_pressure_pa", Quantity.RATIO, "pressure at which nothing leaks", 0.0, 1e8, (0.0,), optional=True),
+        Parameter(
+            "turbulence", Quantity.RATIO, "0: laminar gap, 1: square-root orifice", 0.0, 1.0, (0.0,), optional=True
+        ),
+        Parameter(
+            "base_pressure_pa", Quantity.RATIO, "pressure at which nothing leaks", 0.0, 1e8, (0.0,), optional=True
+        ),
     ),
-    step=step,
+    step=_step,
     check="Block the valve, load the piston and watch it creep; look at piston seals and the valve's leakage flow.",
     source="Merritt, Hydraulic Control Systems (1967), 2.2 and 6.2: laminar leakage coefficient",
     channels=(Channel.POSITION,),

@@ -3,12 +3,12 @@
 import math
 
 from ...channels import Channel
-from ..compiled import LOAD, effect_step
+from ..compiled import LOAD, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     per_load, direction, linearity = p[0], p[1], p[2]
     helps = -1.0 if value < 0.0 else 1.0
     share = per_load * c[LOAD] * (1.0 - direction + direction * helps)
@@ -21,11 +21,34 @@ EFFECT = Effect(
     sentence="The higher the load pressure, the less flow a given voltage lets through.",
     attachment=Attachment.INPUT,
     parameters=(
-        Parameter("per_load", Quantity.PER_LOAD, "relative loss of gain per load pressure above rest", -0.5, 0.5, (0.05, 0.2, -0.05)),
-        Parameter("direction", Quantity.RATIO, "0: both directions lose, 1: one loses, the other wins", 0.0, 1.0, (0.0, 1.0), optional=True),
-        Parameter("linearity", Quantity.RATIO, "0: square root of the pressure drop, 1: straight line", 0.0, 1.0, (0.0,), optional=True),
+        Parameter(
+            "per_load",
+            Quantity.PER_LOAD,
+            "relative loss of gain per load pressure above rest",
+            -0.5,
+            0.5,
+            (0.05, 0.2, -0.05),
+        ),
+        Parameter(
+            "direction",
+            Quantity.RATIO,
+            "0: both directions lose, 1: one loses, the other wins",
+            0.0,
+            1.0,
+            (0.0, 1.0),
+            optional=True,
+        ),
+        Parameter(
+            "linearity",
+            Quantity.RATIO,
+            "0: square root of the pressure drop, 1: straight line",
+            0.0,
+            1.0,
+            (0.0,),
+            optional=True,
+        ),
     ),
-    step=step,
+    step=_step,
     check="Measure speed at one voltage under several loads; compare supply pressure with load pressure.",
     source="Merritt, Hydraulic Control Systems (1967), 5.3: q = k x sqrt(ps - sign(x) pL)",
     channels=(Channel.POSITION,),

@@ -2,12 +2,12 @@
 
 import math
 
-from ..compiled import SUBSTEP, effect_step
+from ..compiled import SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     frequency, damping, share = p[0], p[1], p[2]
     if s[2] == 0.0:
         s[2] = 1.0
@@ -42,9 +42,18 @@ EFFECT = Effect(
     parameters=(
         Parameter("frequency_hz", Quantity.FREQUENCY, "natural frequency of the mode", 0.2, 20.0, (1.5, 4.0, 8.0)),
         Parameter("damping", Quantity.RATIO, "damping ratio", 0.005, 1.5, (0.05, 0.3)),
-        Parameter("share", Quantity.RATIO, "share of the input that passes through the mode", 0.0, 2.0, (1.0,), neutral=1.0, optional=True),
+        Parameter(
+            "share",
+            Quantity.RATIO,
+            "share of the input that passes through the mode",
+            0.0,
+            2.0,
+            (1.0,),
+            neutral=1.0,
+            optional=True,
+        ),
     ),
-    step=step,
+    step=_step,
     check="Tap or step the rig and listen for ringing; look at hose length, trapped air and frame stiffness.",
     source="second-order mode; hydraulic natural frequency as Merritt (1967), 6.2",
     state_size=7,

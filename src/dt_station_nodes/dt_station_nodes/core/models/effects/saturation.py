@@ -2,12 +2,12 @@
 
 import math
 
-from ..compiled import effect_step
+from ..compiled import Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
-def step(p, s, value, c):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN201, D103
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     upper, lower, rounding = p[0], p[1], p[2]
     if rounding > 1e-12:
         a = (value - lower) / rounding
@@ -23,11 +23,17 @@ EFFECT = Effect(
     sentence="Beyond a limit more voltage gives no more effect.",
     attachment=Attachment.INPUT,
     parameters=(
-        Parameter("upper_v", Quantity.INPUT, "highest voltage that still counts", -1.5, 3.0, (0.5, 0.9, 1.3), neutral=1e9),
-        Parameter("lower_v", Quantity.INPUT, "lowest voltage that still counts", -3.0, 1.5, (-1.3, -0.9, -0.5), neutral=-1e9),
-        Parameter("rounding_v", Quantity.INPUT, "voltage over which the corners are rounded", 0.0, 0.5, (0.05,), optional=True),
+        Parameter(
+            "upper_v", Quantity.INPUT, "highest voltage that still counts", -1.5, 3.0, (0.5, 0.9, 1.3), neutral=1e9
+        ),
+        Parameter(
+            "lower_v", Quantity.INPUT, "lowest voltage that still counts", -3.0, 1.5, (-1.3, -0.9, -0.5), neutral=-1e9
+        ),
+        Parameter(
+            "rounding_v", Quantity.INPUT, "voltage over which the corners are rounded", 0.0, 0.5, (0.05,), optional=True
+        ),
     ),
-    step=step,
-    check="Raise the voltage in steps and see where output or speed stops following; look at amplifier and supply limits.",
+    step=_step,
+    check="Raise the voltage in steps and see where the output stops following; look at amplifier and supply limits.",
     source="Merritt, Hydraulic Control Systems (1967), 5.3: flow saturation",
 )

@@ -1,0 +1,172 @@
+"""Each effect: nothing at its neutral value, its textbook fingerprint beyond."""
+
+import math
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec, PathSpec, PlantModel
+from dt_station_nodes.core.models.effects import Effect, registry
+
+TS = 0.02
+STATIC = PathSpec(numerator=[1.0], denominator=[1.0])
+INTEGRATOR = PathSpec(numerator=[206.4], denominator=[1, 23.34, 0], scale=0.01)
+FAST = PathSpec(numerator=[1.0], denominator=[0.05, 1.0])
+TIME = np.arange(500) * TS
+SWEEP = 2.0 * np.sin(2 * math.pi * 0.3 * TIME)
+
+
+def answer(name, parameters, path=STATIC, voltage=SWEEP, channel=Channel.POSITION, load=None):
+    spec = ModelSpec(name="t", paths={channel: path})
+    if name:
+        spec = spec.with_effect(channel, name, parameters)
+    if channel is Channel.POSITION:
+        spec = spec.model_copy(update={"paths": {**spec.paths, Channel.PRESSURE: STATIC}})
+    # one sample later: a static path answers within the sample that the voltage acts in
+    result = PlantModel(spec, TS).simulate(voltage, voltage, load)
+    return (result.position_m if channel is Channel.POSITION else result.pressure_pa)[1:]
+
+
+@pytest.mark.parametrize("effect", registry().values(), ids=list(registry()))
+def test_neutral_parameters_change_nothing(effect: Effect):
+    neutral = {p.name: p.neutral for p in effect.parameters}
+    if effect.name == "resonance":
+        neutral |= {"frequency_hz": 1.0, "damping": 0.5, "share": 0.0}
+    load = np.full(TIME.size, 2e6)
+    with_it = answer(effect.name, neutral, INTEGRATOR, channel=effect.channels[-1], load=load)
+    without = answer(None, {}, INTEGRATOR, channel=effect.channels[-1], load=load)
+    assert np.allclose(with_it, without, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("effect", registry().values(), ids=list(registry()))
+def test_an_effect_says_what_it_is(effect: Effect):
+    assert effect.sentence.endswith(".")
+    assert effect.check.endswith(".")
+    assert effect.source
+    assert all(p.lower <= min(p.starts) <= max(p.starts) <= p.upper for p in effect.parameters)
+
+
+def test_dead_zone_swallows_its_band_and_shifts_the_rest():
+    out = answer("dead_zone", {"half_width_v": 0.5})
+    expected = np.sign(SWEEP) * np.maximum(np.abs(SWEEP) - 0.5, 0.0)
+    assert np.allclose(out, expected[:-1])
+
+
+def test_rounded_dead_zone_tends_to_the_sharp_one():
+    sharp = answer("dead_zone", {"half_width_v": 0.5})
+    rounded = answer("dead_zone", {"half_width_v": 0.5, "rounding_v": 0.01})
+    assert 1e-4 < np.abs(rounded - sharp).max() < 0.01
+
+
+def test_saturation_clips():
+    assert np.allclose(answer("saturation", {"upper_v": 1.2, "lower_v": -0.7}), np.clip(SWEEP, -0.7, 1.2)[:-1])
+
+
+def test_hysteresis_loop_is_as_wide_as_it_says():
+    out = answer("hysteresis", {"half_width_v": 0.3})
+    rising, falling = np.diff(SWEEP[:-1]) > 0, np.diff(SWEEP[:-1]) < 0
+    late = TIME[1:-1] > 4.0
+    middle = np.abs(SWEEP[1:-1]) < 0.5
+    lag = SWEEP[1:-1] - out[1:]
+    assert np.allclose(lag[rising & late & middle], 0.3)
+    assert np.allclose(lag[falling & late & middle], -0.3)
+
+
+def test_backlash_stands_still_after_a_reversal():
+    out = answer("backlash", {"half_width": 0.3})
+    assert np.abs(out - SWEEP[:-1]).max() == pytest.approx(0.3)
+    top = int(np.argmax(SWEEP))
+    assert np.ptp(out[top : top + 5]) == 0.0
+
+
+def test_friction_holds_below_its_level_and_subtracts_above():
+    assert np.ptp(answer("friction", {"coulomb_v": 0.5}, INTEGRATOR, np.full(200, 0.4))) < 1e-12
+    slide = answer("friction", {"coulomb_v": 0.5}, INTEGRATOR, np.full(200, 1.5))
+    assert np.diff(slide)[-1] / TS == pytest.approx(0.01 * 206.4 / 23.34 * 1.0, rel=1e-6)
+
+
+def test_friction_only_takes_energy():
+    voltage = np.where(TIME < 1.0, 2.0, 0.0)
+    position = answer("friction", {"coulomb_v": 0.3}, INTEGRATOR, voltage)
+    velocity = np.diff(position)
+    after = velocity[60:]
+    assert np.all(np.diff(after) <= 1e-15)
+    assert np.all(after >= -1e-15)
+    assert after[-1] == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("delay", [0.02, 0.06, 0.1])
+def test_delay_shifts_by_whole_samples(delay):
+    shift = round(delay / TS)
+    out = answer("delay", {"delay_s": delay})
+    assert np.allclose(out[shift:], SWEEP[: -1 - shift])
+
+
+def test_rate_limit_bounds_the_slope():
+    out = answer("rate_limit", {"rate_v_per_s": 1.0})
+    assert np.abs(np.diff(out)).max() <= 1.0 * TS * (1 + 1e-9)
+    assert np.abs(out).max() < np.abs(SWEEP).max()
+
+
+def test_leakage_creeps_with_the_absolute_pressure():
+    rest = PathSpec(numerator=[1.0], denominator=[1.0], rest=1e6)
+    paths = {Channel.POSITION: INTEGRATOR, Channel.PRESSURE: rest}
+    spec = ModelSpec(name="t", paths=paths).with_effect(Channel.POSITION, "leakage", {"coefficient": 1e-9})
+    out = PlantModel(spec, TS).simulate(np.zeros(100), np.zeros(100), np.full(100, 3e6)).position_m
+    assert np.allclose(np.diff(out) / TS, -3e-3)
+
+
+def test_load_takes_gain():
+    load = np.full(TIME.size, 3e6)
+    out = answer("load_dependent_gain", {"per_load": 1e-7}, load=load)
+    assert np.allclose(out, SWEEP[:-1] * math.sqrt(1 - 0.6))
+
+
+def test_asymmetric_gain():
+    out = answer("asymmetric_gain", {"asymmetry": 0.2})
+    assert out.max() / -out.min() == pytest.approx(1.2 / 0.8, rel=1e-3)
+
+
+def test_bias_adds():
+    assert np.allclose(answer("bias", {"bias_v": 0.1}), SWEEP[:-1] + 0.1)
+
+
+def test_extra_lag_is_the_exact_first_order_answer():
+    out = answer("extra_lag", {"time_constant_s": 0.1}, FAST, np.where(TIME < 0.1, 0.0, 1.0))
+    t = TIME[1:] - 0.1
+    # second-order answer of 1 / ((0.05 s + 1)(0.1 s + 1))
+    exact = np.where(t > 0, 1 - 2 * np.exp(-t / 0.1) + np.exp(-t / 0.05), 0.0)
+    assert np.abs(out - exact).max() < 2e-3
+
+
+def test_resonance_rings_at_its_frequency_and_settles_at_one():
+    out = answer("resonance", {"frequency_hz": 2.0, "damping": 0.05}, voltage=np.ones(500) * (TIME > 0.1))
+    assert out.max() == pytest.approx(1 + math.exp(-math.pi * 0.05 / math.sqrt(1 - 0.05**2)), rel=0.02)
+    crossings = TIME[1:-1][np.diff(np.sign(out - 1.0)) != 0]
+    assert np.mean(np.diff(crossings[1:11])) == pytest.approx(0.25, rel=0.03)
+
+
+def test_gain_drifts_with_time():
+    out = answer("gain_drift", {"rate_per_s": 0.01}, voltage=np.ones(500))
+    assert out[-1] == pytest.approx(1 + 0.01 * TIME[-1], abs=1e-3)
+
+
+def test_periodic_disturbance_is_a_sine_at_the_sample():
+    out = answer("periodic_disturbance", {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}, voltage=0 * TIME)
+    assert np.allclose(out, 0.2 * np.sin(2 * math.pi * 1.5 * TIME[1:] + 0.4))
+
+
+def test_cubic_stiffness_balances_the_voltage():
+    out = answer("cubic_stiffness", {"coefficient": 1000.0}, INTEGRATOR, np.ones(500))
+    assert out[-1] == pytest.approx((1.0 / 1000.0) ** (1 / 3), rel=1e-3)
+
+
+def test_overflow_stops_at_the_limit_and_leaves_it_at_once():
+    voltage = np.where(TIME < 5.0, 1.0, -1.0)
+    out = answer("overflow", {"limit": 0.1}, INTEGRATOR, voltage)
+    assert out.max() <= 0.1 + 1e-9
+    leave = int(np.flatnonzero(out < 0.1 - 1e-3)[-1])
+    first_below = int(np.flatnonzero((TIME[1:] > 5.0) & (out < 0.1 - 1e-6))[0])
+    assert TIME[1 + first_below] < 5.3
+    assert leave > first_below
