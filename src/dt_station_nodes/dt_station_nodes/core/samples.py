@@ -28,7 +28,7 @@ class ControlMode(int, Enum):
 
 @dataclass(frozen=True, slots=True)
 class PlantSample:
-    """One sample of the object; the voltages are those applied from it until the next."""
+    """One sample of the object; the voltages are those applied from the sample before until this one."""
 
     sequence: int
     stamp_ns: int
