@@ -1,7 +1,8 @@
 """The compiled heart: runs both paths with all their effects over a block of samples.
 
 One function serves stepping and whole simulations, so that both give the same bits. A path's numbers lie in one
-flat array and its places in another: passing many small arrays costs more than the arithmetic they hold.
+flat array and its places in another: passing many small arrays costs more than the arithmetic they hold. For the
+same reason nothing here allocates, and arrays are not reference-counted (`_nrt=False`).
 """
 
 import numpy as np
@@ -58,7 +59,7 @@ REST_OUTPUT = 8  # SI
 HEADER = 9
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _dot(numbers: Array, at: int, x: Array, x_at: int, n: int) -> float:
     total = 0.0
     for i in range(n):
@@ -66,7 +67,7 @@ def _dot(numbers: Array, at: int, x: Array, x_at: int, n: int) -> float:
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _advance(numbers: Array, a_t: int, b: int, u: float, x: Array, x_at: int, n: int, scratch: Array) -> None:
     """Put a x + b u into scratch."""
     for i in range(n):
@@ -76,7 +77,7 @@ def _advance(numbers: Array, a_t: int, b: int, u: float, x: Array, x_at: int, n:
             scratch[i] += numbers[a_t + j * n + i] * x[x_at + j]
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _effect(numbers: Array, places: Integers, k: int, state: Array, value: float, context: Array) -> float:
     at = PER_EFFECT + 3 * k
     return call_step(
@@ -88,7 +89,7 @@ def _effect(numbers: Array, places: Integers, k: int, state: Array, value: float
     )
 
 
-@njit(cache=True)
+@njit(cache=True, _nrt=False)
 def _substep(
     numbers: Array, places: Integers, state: Array, voltage: float, load: float, context: Array, scratch: Array
 ) -> float:
@@ -142,7 +143,7 @@ def _substep(
     return y
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def run(
     pressure: Array,
     pressure_places: Integers,
@@ -153,6 +154,7 @@ def run(
     voltages: Array,
     measured: Array,
     context: Array,
+    scratch: Array,
     outputs: Array,
 ) -> None:
     """Simulate n samples in place.
@@ -160,9 +162,9 @@ def run(
     `timing`: sample time s, sub-steps a sample, 1 to interpolate the measured pressure within a sample (0: hold);
     `state`: sample count, output above rest of each path, then the paths' states; `voltages` (n, 2): load, servo;
     `measured` (n,): pressure in Pa, or empty to drive the disturbance path with the simulated one; `outputs`
-    (n, 2): pressure, position in SI, each at its sample, before that sample's voltages act.
+    (n, 2): pressure, position in SI, each at its sample, before that sample's voltages act; `scratch` holds at least
+    as many numbers as a path has states.
     """
-    scratch = np.empty(max(pressure_places[STATES], position_places[STATES], position_places[AWAY_STATES], 1))
     substeps = int(timing[1])
     h = timing[0] / substeps
     rest = pressure[REST_OUTPUT]

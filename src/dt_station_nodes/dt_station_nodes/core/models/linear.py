@@ -1,6 +1,7 @@
 """Linear paths: well-scaled state space of a transfer function and its exact zero-order-hold discretisation."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,12 +45,29 @@ def coefficients(transfer: TransferFunction) -> tuple[Array, Array]:
 
 
 def discretise(transfer: TransferFunction, scale: float, step_s: float) -> LinearPath:
-    """Exact zero-order-hold equivalent over `step_s` of the path times `scale`.
+    """Exact zero-order-hold equivalent over `step_s` of the path times `scale`; its arrays are shared, never write them.
+
+    Remembered: a fit asks for the same few paths thousands of times.
+    """
+    return _discretised(*coefficients_key(transfer), scale, step_s)
+
+
+def coefficients_key(transfer: TransferFunction) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Numerator and denominator of `coefficients`, hashable."""
+    numerator, denominator = coefficients(transfer)
+    return tuple(numerator.tolist()), tuple(denominator.tolist())
+
+
+@lru_cache(maxsize=256)
+def _discretised(
+    given_numerator: tuple[float, ...], given_denominator: tuple[float, ...], scale: float, step_s: float
+) -> LinearPath:
+    """The work of `discretise`.
 
     The companion form is built in the path's own time unit (geometric mean of its non-zero poles), which keeps
     a sixth-order path with coefficients up to 1e10 well conditioned.
     """
-    numerator, denominator = coefficients(transfer)
+    numerator, denominator = np.array(given_numerator), np.array(given_denominator)
     n = denominator.size - 1
     d = float(numerator[0]) * scale
     if n == 0:

@@ -117,6 +117,7 @@ class PlantModel:
             voltages,
             measured,
             np.zeros(CONTEXT_SIZE),
+            np.zeros(max(self._pressure.size, self._position.size, 1)),
             outputs,
         )
         return _frozen(values), outputs
