@@ -1,0 +1,1 @@
+"""Model estimation from runs, and controller tuning: pure functions of arrays."""

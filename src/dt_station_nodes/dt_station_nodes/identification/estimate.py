@@ -1,0 +1,269 @@
+"""An estimated model: transfer functions, offsets, intervals, checks."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..core.run import Array
+from .errors import IdentificationError
+from .initial import linear_start, pole_starts
+from .noise import Z95, CheckResult, NoiseColour, independence, noise_colour, whiteness
+from .refinement import Refined, refine, rescaled
+from .sensitivity import respond
+from .structure import Data, Structure, slices, time_weights, unpack
+from .transfer import Complex, TransferFunction, by_size
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A value with its 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+    def holds(self, truth: float) -> bool:
+        """Whether the interval holds a value."""
+        return self.low <= truth <= self.high
+
+
+def fit_percent(measured: Array, simulated: Array) -> float:
+    """100 (1 - |y - yhat| / |y - mean y|), the fit of the System Identification Toolbox (NRMSE)."""
+    spread = float(np.linalg.norm(measured - measured.mean()))
+    error = float(np.linalg.norm(measured - simulated))
+    if spread == 0.0:
+        return 100.0 if error == 0.0 else -np.inf
+    return 100.0 * (1.0 - error / spread)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A fitted structure; `theta` and `covariance` are in physical units, laid out as in `structure`."""
+
+    structure: Structure
+    theta: Array
+    covariance: Array
+    output: Array
+    residual: Array
+    noise: NoiseColour
+    fit_percent: float
+    converged: bool
+    rate_rad_s: float
+    checks: tuple[CheckResult, ...] = ()
+
+    @cached_property
+    def paths(self) -> tuple[TransferFunction, ...]:
+        """The transfer functions, one an input."""
+        return transfer_functions(self.structure, self.theta)
+
+    @property
+    def offset(self) -> Interval:
+        """Output at zero input (or, of an integrating path, the position at the start)."""
+        return self._interval(lambda theta: _trend(self.structure, theta)[0])
+
+    @property
+    def aic(self) -> float:
+        """Akaike's criterion with the residual's colour as part of the model."""
+        return self._likelihood + 2.0 * self._parameters
+
+    @property
+    def bic(self) -> float:
+        """Schwarz's criterion with the residual's colour as part of the model."""
+        return self._likelihood + float(np.log(self.residual.size)) * self._parameters
+
+    @property
+    def _likelihood(self) -> float:
+        return self.residual.size * 2.0 * float(np.log(max(self.noise.innovation_std, np.finfo(float).tiny)))
+
+    @property
+    def _parameters(self) -> int:
+        return self.structure.size + self.noise.order
+
+    def gain(self, path: int = 0) -> Interval:
+        """DC or integrator gain of a path."""
+        return self._interval(lambda theta: transfer_functions(self.structure, theta)[path].gain())
+
+    def coefficients(self, path: int = 0) -> tuple[tuple[Interval, ...], tuple[Interval, ...]]:
+        """Numerator and free denominator coefficients, highest power first; without the leading 1 and integrators."""
+        numerator, denominator, _, _ = slices(self.structure)[path]
+        half = Z95 * np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        every = [Interval(float(v), float(v - h), float(v + h)) for v, h in zip(self.theta, half, strict=True)]
+        return tuple(every[numerator]), tuple(every[denominator])
+
+    def delay(self, path: int = 0) -> Interval:
+        """Delay of a path, s."""
+        return self._interval(lambda theta: unpack(self.structure, theta)[0][path].delay_s)
+
+    def pole_sizes(self, path: int = 0) -> tuple[Interval, ...]:
+        """Magnitudes of the free poles, rad/s, slowest first."""
+        return self._roots(path, np.abs)
+
+    def pole_real_parts(self, path: int = 0) -> tuple[Interval, ...]:
+        """Real parts of the free poles in the order of `pole_sizes`, rad/s."""
+        return self._roots(path, np.real)
+
+    def _roots(self, path: int, measure: Callable[[Complex], Array]) -> tuple[Interval, ...]:
+        nominal = by_size(np.roots(unpack(self.structure, self.theta)[0][path].denominator))
+
+        def of(theta: Array) -> Array:
+            moved = np.asarray(np.roots(unpack(self.structure, theta)[0][path].denominator), dtype=np.complex128)
+            order = [int(np.argmin(np.abs(moved - root))) for root in nominal]
+            return measure(moved[order])
+
+        return tuple(self._interval(lambda theta, i=i: float(of(theta)[i])) for i in range(nominal.size))  # type: ignore[misc]
+
+    def _interval(self, function: Callable[[Array], float]) -> Interval:
+        """Interval of a function of the parameters by linearisation."""
+        value = function(self.theta)
+        half = Z95 * np.sqrt(max(variance_of(function, self.theta, self.covariance), 0.0))
+        return Interval(value, value - half, value + half)
+
+    def predict(self, data: Data) -> Array:
+        """Simulation of other data with these dynamics; initial states, offset and drift are fitted to it."""
+        return simulate(self, data)
+
+
+def transfer_functions(structure: Structure, theta: Array) -> tuple[TransferFunction, ...]:
+    """Physical transfer functions of a physical parameter vector."""
+    return tuple(
+        TransferFunction(
+            tuple(values.numerator), (*values.denominator, *([0.0] * path.integrators)), max(values.delay_s, 0.0)
+        )
+        for path, values in zip(structure.paths, unpack(structure, theta)[0], strict=True)
+    )
+
+
+def variance_of(function: Callable[[Array], float], theta: Array, covariance: Array) -> float:
+    """Variance of a scalar function of normally distributed parameters, by central differences along principal axes."""
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    gradient = np.zeros(theta.size)
+    for i in np.flatnonzero(spread):
+        step = 0.01 * spread[i]
+        if abs(step) < 1e-9 * abs(theta[i]):
+            step = 1e-9 * abs(theta[i])
+        up, down = theta.copy(), theta.copy()
+        up[i] += step
+        down[i] -= step
+        gradient[i] = (function(up) - function(down)) / (up[i] - down[i])
+    return float(gradient @ covariance @ gradient)
+
+
+def estimate(
+    structure: Structure, data: Data, starts: Sequence[Sequence[Array]] = (), refinements: int = 3
+) -> Estimate:
+    """Fit a structure to data by simulation error.
+
+    `starts` are further free denominators (physical, one a path) to begin from, beside those found by instrumental
+    variables. Raises IdentificationError where there are fewer samples than parameters or no start can be simulated.
+    """
+    if len(data) <= structure.size:
+        raise IdentificationError(
+            f"The run has {len(data)} samples for {structure.size} parameters; "
+            "record a longer run or ask for fewer poles."
+        )
+    candidates = [tuple(s) for s in starts] + list(_searched(structure, data))
+    ranked: list[tuple[float, int, Array, float]] = []
+    for denominators in candidates:
+        rate = _rate(denominators)
+        normal = tuple(d / rate ** np.arange(d.size) for d in denominators)
+        theta, cost = linear_start(structure, normal, data, rate)
+        if np.isfinite(cost) and np.all(np.isfinite(theta)):
+            ranked.append((cost, len(ranked), theta, rate))
+    if not ranked:
+        raise IdentificationError(
+            f"No model with {'/'.join(str(p.poles) for p in structure.paths)} poles can be started from this run; "
+            "ask for fewer poles or excite the input more."
+        )
+    ranked.sort(key=lambda item: item[:2])
+    best: Refined | None = None
+    for _, _, theta, rate in ranked[:refinements]:
+        refined = refine(structure, theta, data, rate)
+        again = best is not None and abs(refined.cost - best.cost) < 1e-4 * best.cost
+        if best is None or refined.cost < best.cost:
+            best = refined
+        if again:
+            break
+    assert best is not None
+    return conclude(structure, best, data)
+
+
+def conclude(structure: Structure, refined: Refined, data: Data) -> Estimate:
+    """Covariance and checks of a refined fit."""
+    residual = data.output - refined.output
+    noise = noise_colour(residual, structure.size)
+    weights = time_weights(structure, refined.rate_rad_s)
+    covariance = noise.covariance(refined.jacobian) * np.outer(weights, weights)
+    checks = [whiteness(residual)]
+    for index, signal in enumerate(data.inputs):
+        checks.append(independence(residual, signal, noise, f"residual is independent of {data.name(index)}"))
+    return Estimate(
+        structure,
+        refined.theta * weights,
+        covariance,
+        refined.output,
+        residual,
+        noise,
+        fit_percent(data.output, refined.output),
+        refined.converged,
+        refined.rate_rad_s,
+        tuple(checks),
+    )
+
+
+def simulate(fitted: Estimate, data: Data) -> Array:
+    """Simulated output on other data; only initial states, offset and drift are fitted to it, linearly."""
+    structure = fitted.structure
+    theta = rescaled(structure, fitted.theta, 1.0, fitted.rate_rad_s)
+    loose = np.zeros(structure.size, dtype=bool)
+    for where in slices(structure):
+        loose[where[3]] = True
+    loose[-1 - int(structure.drift) :] = True
+    theta[loose] = 0.0
+    forced, jacobian = respond(structure, theta, data, fitted.rate_rad_s)
+    columns = jacobian[:, loose]
+    scale = np.linalg.norm(columns, axis=0)
+    scale[scale == 0.0] = 1.0
+    columns = columns / scale
+    return np.asarray(forced + columns @ np.linalg.lstsq(columns, data.output - forced, rcond=None)[0])
+
+
+def _searched(structure: Structure, data: Data) -> list[tuple[Array, ...]]:
+    """Starts found by instrumental variables, path by path on what the others leave."""
+    if len(structure.paths) == 1:
+        return [(d,) for d in pole_starts(structure.paths[0], data)]
+    chosen: list[Array | None] = [None] * len(structure.paths)
+    outputs = [np.zeros(len(data)) for _ in structure.paths]
+    for _ in range(3):
+        for index, path in enumerate(structure.paths):
+            others = sum((y for i, y in enumerate(outputs) if i != index), np.zeros(len(data)))
+            alone = Data(data.sample_time_s, (data.inputs[index],), data.output - others)
+            single = Structure((path,), initial_states=structure.initial_states, drift=structure.drift)
+            options = list(pole_starts(path, alone))
+            previous = chosen[index]
+            if previous is not None:
+                options.append(previous)
+            scored: list[tuple[float, int, Array, Array, float]] = []
+            for option in options:
+                rate = _rate((option,))
+                theta, cost = linear_start(single, (option / rate ** np.arange(option.size),), alone, rate)
+                scored.append((cost, len(scored), option, theta, rate))
+            if not scored:
+                continue
+            _, _, option, theta, rate = min(scored, key=lambda item: item[:2])
+            chosen[index] = option
+            theta[-1 - int(structure.drift) :] = 0.0
+            outputs[index] = respond(single, theta, alone, rate)[0]
+    found = [c for c in chosen if c is not None]
+    return [tuple(found)] if len(found) == len(chosen) else []
+
+
+def _rate(denominators: Sequence[Array]) -> float:
+    """Time scale of a set of poles: the geometric mean of their sizes, rad/s."""
+    sizes = [abs(root) for d in denominators for root in np.roots(d) if abs(root) > 0.0]
+    return float(np.exp(np.mean(np.log(sizes)))) if sizes else 1.0
+
+
+def _trend(structure: Structure, theta: Array) -> Array:
+    return unpack(structure, theta)[1]

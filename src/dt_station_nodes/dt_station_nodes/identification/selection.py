@@ -1,0 +1,142 @@
+"""Grid over numbers of poles and zeros; the order is chosen by what was held out."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..core.run import Array
+from .errors import IdentificationError
+from .estimate import Estimate, estimate, fit_percent
+from .refinement import refine, rescaled
+from .structure import Data, Structure
+
+FOLDS = 4
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One structure of the grid with its scores; `held_out` (FOLDS,) are mean squared errors on blocks not fitted."""
+
+    estimate: Estimate
+    path: int
+    held_out: Array
+    validation_fit_percent: float
+    doubt: str = ""
+
+    @property
+    def poles(self) -> int:
+        """Poles of the path the grid runs over."""
+        return self.estimate.structure.paths[self.path].poles
+
+    @property
+    def zeros(self) -> int:
+        """Zeros of that path."""
+        return self.estimate.structure.paths[self.path].zeros
+
+
+@dataclass(frozen=True)
+class Selection:
+    """All candidates in grid order and the chosen one, with the reason in words."""
+
+    candidates: tuple[Candidate, ...]
+    chosen: Candidate
+    why: str
+
+
+def orders(poles: Iterable[int], zeros: Iterable[int] | None = None) -> tuple[tuple[int, int], ...]:
+    """Proper combinations (poles, zeros) of the numbers asked for; all zeros below the poles where None."""
+    wanted = None if zeros is None else sorted(set(zeros))
+    found = tuple((n, m) for n in sorted(set(poles)) for m in (range(n) if wanted is None else wanted) if m < n)
+    if not found:
+        raise IdentificationError("Every model asked for is improper; ask for fewer zeros than poles.")
+    return found
+
+
+def select(
+    structure: Structure,
+    data: Data,
+    grid: Sequence[tuple[int, int]],
+    path: int = 0,
+    advance: Callable[[str], None] = lambda text: None,
+) -> Selection:
+    """Estimate every (poles, zeros) of the grid for one path and choose.
+
+    Candidates are compared by the simulation error on blocks left out of the fit; the smallest model whose error there
+    does not exceed the best one's by more than its standard error wins. Raises IdentificationError where none fits.
+    """
+    candidates: list[Candidate] = []
+    complaint: IdentificationError | None = None
+    for poles, zeros in grid:
+        advance(f"{poles} poles, {zeros} zeros")
+        orders_of_path = replace(structure.paths[path], poles=poles, zeros=zeros)
+        trial = structure.with_path(path, orders_of_path)
+        starts = [
+            _widened(c.estimate, path, orders_of_path.free_poles) for c in candidates if c.poles in (poles, poles - 1)
+        ]
+        try:
+            fitted = estimate(trial, data, starts=starts[-2:])
+        except IdentificationError as error:
+            complaint = error
+            continue
+        held_out, validation = cross_validate(fitted, data)
+        candidates.append(Candidate(fitted, path, held_out, validation, _doubt(fitted, path)))
+    if not candidates:
+        raise complaint or IdentificationError("No model of the grid could be estimated; excite the input more.")
+    chosen, why = _choose(candidates)
+    return Selection(tuple(candidates), chosen, why)
+
+
+def cross_validate(fitted: Estimate, data: Data, folds: int = FOLDS) -> tuple[Array, float]:
+    """Mean squared simulation errors on blocks left out of the fit in turn, and the fit % over all of them."""
+    edges = np.linspace(0, len(data), folds + 1).astype(int)
+    theta = rescaled(fitted.structure, fitted.theta, 1.0, fitted.rate_rad_s)
+    errors = np.empty(folds)
+    joined = np.empty(len(data))
+    for i in range(folds):
+        mask = np.ones(len(data))
+        mask[edges[i] : edges[i + 1]] = 0.0
+        output = refine(fitted.structure, theta, data, fitted.rate_rad_s, mask, iterations=10).output
+        block = slice(edges[i], edges[i + 1])
+        errors[i] = float(np.mean((data.output[block] - output[block]) ** 2))
+        joined[block] = output[block]
+    return errors, fit_percent(data.output, joined)
+
+
+def _choose(candidates: Sequence[Candidate]) -> tuple[Candidate, str]:
+    trusted = [c for c in candidates if not c.doubt] or list(candidates)
+    best = min(trusted, key=lambda c: (float(np.mean(c.held_out)), c.estimate.structure.size))
+    level = float(np.mean(best.held_out))
+    for candidate in sorted(trusted, key=lambda c: (c.estimate.structure.size, float(np.mean(c.held_out)))):
+        excess = candidate.held_out - best.held_out
+        spread = float(np.std(excess, ddof=1)) / np.sqrt(excess.size)
+        if float(np.mean(excess)) <= max(spread, 0.002 * level):
+            break
+    if candidate is best:
+        return best, "it has the least error on the blocks left out, and no smaller model comes near it"
+    return candidate, (
+        f"it is the smallest whose error on the blocks left out is not clearly above the least "
+        f"({best.poles} poles, {best.zeros} zeros)"
+    )
+
+
+def _doubt(fitted: Estimate, path: int) -> str:
+    """Why a candidate is not to be chosen: a pole the data do not determine, or a fit that did not converge."""
+    for interval in fitted.pole_sizes(path):
+        if not np.isfinite(interval.low) or interval.low <= 0.0:
+            return "a pole is not determined by the data"
+    return "" if fitted.converged else "the fit did not converge"
+
+
+def _widened(smaller: Estimate, path: int, free_poles: int) -> tuple[Array, ...]:
+    """Starting denominators from a smaller model: one more fast pole where one is missing."""
+    denominators = []
+    for index, transfer in enumerate(smaller.paths):
+        integrators = smaller.structure.paths[index].integrators
+        denominator = np.asarray(transfer.denominator[: len(transfer.denominator) - integrators])
+        if index == path:
+            while denominator.size - 1 < free_poles:
+                fastest = max([abs(r) for r in np.roots(denominator)], default=smaller.rate_rad_s)
+                denominator = np.convolve(denominator, [1.0, 2.0 * fastest])
+        denominators.append(denominator)
+    return tuple(denominators)
