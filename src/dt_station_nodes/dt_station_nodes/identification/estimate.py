@@ -61,7 +61,7 @@ class Estimate:
     @property
     def offset(self) -> Interval:
         """Output at zero input (or, of an integrating path, the position at the start)."""
-        return self._interval(lambda theta: _trend(self.structure, theta)[0])
+        return self.interval(lambda theta: _trend(self.structure, theta)[0])
 
     @property
     def aic(self) -> float:
@@ -83,7 +83,7 @@ class Estimate:
 
     def gain(self, path: int = 0) -> Interval:
         """DC or integrator gain of a path."""
-        return self._interval(lambda theta: transfer_functions(self.structure, theta)[path].gain())
+        return self.interval(lambda theta: transfer_functions(self.structure, theta)[path].gain())
 
     def coefficients(self, path: int = 0) -> tuple[tuple[Interval, ...], tuple[Interval, ...]]:
         """Numerator and free denominator coefficients, highest power first; without the leading 1 and integrators."""
@@ -94,7 +94,7 @@ class Estimate:
 
     def delay(self, path: int = 0) -> Interval:
         """Delay of a path, s."""
-        return self._interval(lambda theta: unpack(self.structure, theta)[0][path].delay_s)
+        return self.interval(lambda theta: unpack(self.structure, theta)[0][path].delay_s)
 
     def pole_sizes(self, path: int = 0) -> tuple[Interval, ...]:
         """Magnitudes of the free poles, rad/s, slowest first."""
@@ -112,9 +112,20 @@ class Estimate:
             order = [int(np.argmin(np.abs(moved - root))) for root in nominal]
             return measure(moved[order])
 
-        return tuple(self._interval(lambda theta, i=i: float(of(theta)[i])) for i in range(nominal.size))  # type: ignore[misc]
+        return tuple(self.interval(lambda theta, i=i: float(of(theta)[i])) for i in range(nominal.size))  # type: ignore[misc]
 
-    def _interval(self, function: Callable[[Array], float]) -> Interval:
+    def bias(self, path: int = 0) -> Interval:
+        """Input that explains the drift of an integrating path, in units of its input."""
+        if not self.structure.drift:
+            return Interval(0.0, 0.0, 0.0)
+        return self.interval(lambda theta: float(theta[-1]) / transfer_functions(self.structure, theta)[path].gain())
+
+    @property
+    def cost(self) -> float:
+        """Sum of squared simulation errors."""
+        return float(self.residual @ self.residual)
+
+    def interval(self, function: Callable[[Array], float]) -> Interval:
         """Interval of a function of the parameters by linearisation."""
         value = function(self.theta)
         half = Z95 * np.sqrt(max(variance_of(function, self.theta, self.covariance), 0.0))

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core.run import Array
 from .sensitivity import respond
-from .structure import Data, Structure, time_weights, unpack
+from .structure import Data, Structure, slices, time_weights, unpack
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +31,8 @@ def refine(
 ) -> Refined:
     """Least squares of output minus simulation from a stable start.
 
-    `mask` (n,) weighs the squared errors, for blocks held out. Steps that leave the stable region or
-    make a delay negative are refused, which shortens them.
+    `mask` (n,) weighs the squared errors, for blocks held out. Steps that leave the stable region
+    are refused, which shortens them.
     """
     weight = np.ones(len(data)) if mask is None else np.sqrt(mask)
     output, jacobian = respond(structure, theta, data, rate_rad_s)
@@ -50,6 +50,9 @@ def refine(
         while damping < 1e10:
             step = np.linalg.solve(hessian + damping * np.eye(theta.size), gradient) / scale
             candidate = theta + step
+            for where in slices(structure):
+                # a delay that wants to be negative stays at zero
+                candidate[where[2]] = np.maximum(candidate[where[2]], 0.0)
             if admissible(structure, candidate):
                 try_output, try_jacobian = respond(structure, candidate, data, rate_rad_s)
                 try_cost = _cost(data.output - try_output, weight)

@@ -79,12 +79,16 @@ def select(
         except IdentificationError as error:
             complaint = error
             continue
-        held_out, validation = cross_validate(fitted, data)
-        candidates.append(Candidate(fitted, path, held_out, validation, _doubt(fitted, path)))
+        candidates.append(scored(fitted, data, path))
     if not candidates:
         raise complaint or IdentificationError("No model of the grid could be estimated; excite the input more.")
-    chosen, why = _choose(candidates)
-    return Selection(tuple(candidates), chosen, why)
+    return choose(candidates)
+
+
+def scored(fitted: Estimate, data: Data, path: int) -> Candidate:
+    """A fit as a candidate, with its errors on blocks held out."""
+    held_out, validation = cross_validate(fitted, data)
+    return Candidate(fitted, path, held_out, validation, _doubt(fitted, path))
 
 
 def cross_validate(fitted: Estimate, data: Data, folds: int = FOLDS) -> tuple[Array, float]:
@@ -103,7 +107,8 @@ def cross_validate(fitted: Estimate, data: Data, folds: int = FOLDS) -> tuple[Ar
     return errors, fit_percent(data.output, joined)
 
 
-def _choose(candidates: Sequence[Candidate]) -> tuple[Candidate, str]:
+def choose(candidates: Sequence[Candidate]) -> Selection:
+    """The smallest model whose error on the blocks left out is not clearly above the least."""
     trusted = [c for c in candidates if not c.doubt] or list(candidates)
     best = min(trusted, key=lambda c: (float(np.mean(c.held_out)), c.estimate.structure.size))
     level = float(np.mean(best.held_out))
@@ -113,11 +118,13 @@ def _choose(candidates: Sequence[Candidate]) -> tuple[Candidate, str]:
         if float(np.mean(excess)) <= max(spread, 0.002 * level):
             break
     if candidate is best:
-        return best, "it has the least error on the blocks left out, and no smaller model comes near it"
-    return candidate, (
+        why = "it has the least error on the blocks left out, and no smaller model comes near it"
+        return Selection(tuple(candidates), best, why)
+    why = (
         f"it is the smallest whose error on the blocks left out is not clearly above the least "
         f"({best.poles} poles, {best.zeros} zeros)"
     )
+    return Selection(tuple(candidates), candidate, why)
 
 
 def _doubt(fitted: Estimate, path: int) -> str:
