@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
-from dt_station_nodes.core.run import SIGNALS, Run
-from dt_station_nodes.records import DataMap, RecordError, load_map, load_run, write_csv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+
+from dt_station_nodes.core.run import SIGNALS, Run
+from dt_station_nodes.records import DataMap, RecordError, load_map, load_run, write_csv
 
 ROOT = Path(__file__).parents[3]
 DATA = Path(os.environ.get("DT_STATION_DATA", ROOT.parent / "shared" / "data"))
@@ -23,10 +24,10 @@ numbers = st.floats(-1e300, 1e300, allow_nan=False)
 @given(table=arrays(np.float64, (7, 6), elements=numbers), step=st.sampled_from([0.02, 0.001, 4.0, 1 / 3]))
 def test_csv_round_trip_is_exact(tmp_path_factory: pytest.TempPathFactory, table: np.ndarray, step: float) -> None:
     path = tmp_path_factory.mktemp("csv") / "run.csv"
-    write_csv(Run(step, dict(zip(SIGNALS, table.T))), path)
+    write_csv(Run(step, dict(zip(SIGNALS, table.T, strict=True))), path)
     back = load_run(path)
-    assert back.sample_time_s == pytest.approx(step, rel=2e-6)
-    for name, column in zip(SIGNALS, table.T):
+    assert back.sample_time_s == pytest.approx(step, rel=1e-12)
+    for name, column in zip(SIGNALS, table.T, strict=True):
         assert back.signals[name].tobytes() == np.ascontiguousarray(column).tobytes()
 
 
@@ -51,7 +52,7 @@ GOOD = [f"{k * 0.02!r},1.0,{k * 0.5}" for k in range(10)]
 BAD_TABLES = {
     "missing time": (["1,2,3"] * 3, "servo_voltage_v,position_m,x", ["'time_s'"]),
     "no signal": (["1,2,3"] * 3, "time_s,a,b", ["none of the columns"]),
-    "wrong unit": ([r for r in GOOD], "time_ms,servo_voltage_v,position_m", ["'time_s'", "'time_ms' has another unit"]),
+    "wrong unit": (list(GOOD), "time_ms,servo_voltage_v,position_m", ["'time_s'", "'time_ms' has another unit"]),
     "nan": ([*GOOD[:4], "0.08,nan,1", *GOOD[5:]], None, ["'servo_voltage_v'", "row 5"]),
     "inf": ([*GOOD[:4], "0.08,1,-inf", *GOOD[5:]], None, ["'position_m'", "row 5"]),
     "text": ([*GOOD[:4], "0.08,1,oops", *GOOD[5:]], None, ["'position_m'", "row 5", "'oops'"]),

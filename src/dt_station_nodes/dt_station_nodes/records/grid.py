@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from .errors import RecordError
 
 JITTER = 0.1  # share of a sample time
-ROUNDING = 1e-6  # relative
+ROUNDING = 1e-7  # relative
 
 
 def check_finite(values: NDArray[np.float64], file: str, column: str, first_row: int = 1) -> None:
@@ -52,7 +52,7 @@ def _round_step(time_s: NDArray[np.float64]) -> float:
     """Mean step, or the short decimal number near it that keeps every row on the grid."""
     count = len(time_s) - 1
     mean = float(time_s[-1] - time_s[0]) / count
-    for digits in range(1, 13):
+    for digits in range(1, 7):
         short = float(f"{mean:.{digits}g}")
         if abs(short - mean) < ROUNDING * mean and abs(short - mean) * count < JITTER * mean:
             return short

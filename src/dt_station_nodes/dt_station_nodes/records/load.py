@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from ..core.run import SIGNALS, Run
+from .bagrun import run_from_bag
 from .datamap import DataMap, TableFormat, load_map
 from .errors import RecordError
 from .grid import check_finite, even_grid
@@ -22,8 +23,6 @@ def load_run(path: str | Path, data_map: DataMap | str | Path | None = None) -> 
     if data_map is not None:
         return _foreign(path, data_map if isinstance(data_map, DataMap) else load_map(data_map))
     if path.is_dir() or path.suffix in (".mcap", ".db3"):
-        from .bagrun import run_from_bag
-
         return run_from_bag(path)
     if path.suffix.lower() == ".mat":
         raise RecordError(f"{path}: a MAT file needs a data map (--map) that says which column is which signal")

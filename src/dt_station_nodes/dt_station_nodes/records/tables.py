@@ -28,9 +28,8 @@ def read_columns(path: Path, wanted: tuple[str, ...]) -> Columns:
     header, delimiter = _header(path)
     for name in wanted:
         if name not in header:
-            raise RecordError(
-                f"{path}: no column {name!r}; the file has {', '.join(n for n in header if n)}{_unit_hint(name, header)}"
-            )
+            known = ", ".join(n for n in header if n)
+            raise RecordError(f"{path}: no column {name!r}; the file has {known}{_unit_hint(name, header)}")
     places = [header.index(name) for name in wanted]
     try:
         with path.open(encoding="utf-8-sig", newline="") as file, warnings.catch_warnings():
@@ -75,7 +74,9 @@ def _read_slowly(path: Path, delimiter: str, names: tuple[str, ...], places: lis
             for number, cells in enumerate(csv.reader(file, delimiter=delimiter)):
                 if number == 0 or not any(cell.strip() for cell in cells):
                     continue
-                rows.append([_number(path, cells, place, name, number) for place, name in zip(places, names)])
+                rows.append(
+                    [_number(path, cells, place, name, number) for place, name in zip(places, names, strict=True)]
+                )
     except (UnicodeDecodeError, csv.Error):
         raise RecordError(f"{path}: row {len(rows) + 1}: this is no CSV text") from None
     return np.array(rows, dtype=np.float64).reshape(-1, len(places))
@@ -101,5 +102,6 @@ def write_csv(run: Run, path: str | Path) -> None:
     columns = [run.time_s, *(run.signals[name] for name in names)]
     with Path(path).open("w", encoding="utf-8", newline="") as file:
         file.write(",".join([TIME, *names]) + "\n")
-        for row in zip(*(column.tolist() for column in columns)):
-            file.write(",".join(map(repr, row)) + "\n")
+        file.writelines(
+            ",".join(map(repr, row)) + "\n" for row in zip(*(column.tolist() for column in columns), strict=True)
+        )
