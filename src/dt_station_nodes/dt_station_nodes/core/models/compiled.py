@@ -25,10 +25,12 @@ FREE_VELOCITY = 4  # Pa/s or m/s at the end of the sub-step if the effect did no
 VELOCITY_GAIN = 5  # change of that velocity per volt
 FREE_OUTPUT = 6  # Pa or m above rest at the end of the sub-step if the effect did nothing
 INJECTION_GAIN = 7  # change of that output per unit of injection
-LOAD = 8  # Pa above rest, pressure that loads the position path (0 on the pressure path)
+LOAD = 8  # Pa above rest, pressure that loads the path (on the pressure path its own, at the start of the sub-step)
 INJECTION = 9  # Pa/s or m/s, flow added at the slowest real pole; effects add to it
 REST = 10  # Pa, rest pressure, so that LOAD + REST is absolute (on both paths)
-CONTEXT_SIZE = 11
+LOAD_VELOCITY = 11  # Pa/s or m/s, the part of FREE_VELOCITY that the disturbance path makes
+STAGE = 12  # where the effect is called: 0 input, 1 state, 2 output
+CONTEXT_SIZE = 13
 
 
 def effect_step(function: Callable[..., float]) -> Any:

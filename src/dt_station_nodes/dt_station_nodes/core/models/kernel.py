@@ -15,9 +15,11 @@ from .compiled import (
     INJECTION,
     INJECTION_GAIN,
     LOAD,
+    LOAD_VELOCITY,
     OUTPUT,
     RAW_INPUT,
     REST,
+    STAGE,
     SUBSTEP,
     TIME,
     VELOCITY_GAIN,
@@ -101,6 +103,7 @@ def _substep(
     context[RAW_INPUT] = voltage
     context[LOAD] = load
     context[INJECTION] = 0.0
+    context[STAGE] = 0.0
     u = voltage
     for k in range(places[INPUT_END]):
         u = _effect(numbers, places, k, state, u, context)
@@ -120,7 +123,9 @@ def _substep(
         _advance(numbers, places[A_T], places[B], 0.0, state, x, n, scratch)
         drift = _dot(numbers, places[C], scratch, 0, n) + away
         drift_velocity = _dot(numbers, places[VELOCITY], scratch, 0, n) + away_velocity
+        context[STAGE] = 1.0
         context[OUTPUT] = before
+        context[LOAD_VELOCITY] = away_velocity
         context[VELOCITY_GAIN] = numbers[GAIN_VELOCITY]
         context[INJECTION_GAIN] = numbers[GAIN_INJECTION]
         for k in range(places[INPUT_END], places[STATE_END]):
@@ -138,6 +143,7 @@ def _substep(
         for i in range(n):
             state[x + i] = scratch[i]
     y = _dot(numbers, places[C], state, x, n) + numbers[DIRECT] * u + away
+    context[STAGE] = 2.0
     for k in range(places[STATE_END], places[EFFECTS]):
         y = _effect(numbers, places, k, state, y, context)
     return y
@@ -177,7 +183,7 @@ def run(
         for j in range(substeps):
             context[TIME] = state[0] * timing[0] + j * h
             before = state[1]
-            state[1] = _substep(pressure, pressure_places, state, voltages[i, 0], 0.0, context, scratch)
+            state[1] = _substep(pressure, pressure_places, state, voltages[i, 0], before, context, scratch)
             if measured.size > 0:
                 load = measured[i] - rest
                 if timing[2] > 0.0 and i + 1 < n:

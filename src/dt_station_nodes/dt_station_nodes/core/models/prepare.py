@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import kernel
-from .effects import Attachment, registry
+from .effects import Attachment, Effect, registry
 from .linear import LinearPath, discretise
 from .spec import ModelSpec, PathSpec
 
@@ -43,14 +43,18 @@ def substeps(spec: ModelSpec, sample_time_s: float) -> int:
     return max(1, math.ceil(sample_time_s / LONGEST_SUBSTEP_S - 1e-9))
 
 
+def _stage(chosen: tuple[Attachment, Effect, dict[str, float]]) -> int:
+    return _ORDER.index(chosen[0])
+
+
 def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath:
     """Discretise a path and lay out its numbers; an absent path gives a constant zero."""
     linear = _NOTHING if path is None else discretise(path, path.scale, step_s)
     away = _NOTHING
     if path is not None and path.disturbance is not None:
         away = discretise(path.disturbance, path.scale * path.disturbance.input_scale, step_s)
-    chosen = [] if path is None else [(registry()[e.name], e.parameters) for e in path.effects]
-    chosen.sort(key=lambda pair: _ORDER.index(pair[0].attachment))
+    chosen = [] if path is None else [(registry()[e.name], e.parameters, e.at) for e in path.effects]
+    stages = sorted(((at or effect.attachment, effect, given) for effect, given, at in chosen), key=_stage)
     n, m = linear.b.size, away.b.size
 
     header = np.zeros(kernel.HEADER)
@@ -66,19 +70,19 @@ def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath
 
     blocks = [header, linear.a.T.ravel(), linear.b, linear.e, linear.c, linear.velocity]
     blocks += [away.a.T.ravel(), away.b, away.c, away.velocity]
-    parameters = [np.array(list(effect.complete(given).values()), dtype=np.float64) for effect, given in chosen]
+    parameters = [np.array(list(effect.complete(given).values()), dtype=np.float64) for _, effect, given in stages]
     at = np.cumsum([0, *(block.size for block in (*blocks, *parameters))])
 
-    places = np.zeros(kernel.PER_EFFECT + 3 * len(chosen), dtype=np.int64)
+    places = np.zeros(kernel.PER_EFFECT + 3 * len(stages), dtype=np.int64)
     places[kernel.STATES], places[kernel.AWAY_STATES] = n, m
-    attached = [effect.attachment for effect, _ in chosen]
+    attached = [attachment for attachment, _, _ in stages]
     places[kernel.INPUT_END] = attached.count(Attachment.INPUT)
     places[kernel.STATE_END] = places[kernel.INPUT_END] + attached.count(Attachment.STATE)
-    places[kernel.EFFECTS] = len(chosen)
+    places[kernel.EFFECTS] = len(stages)
     places[kernel.A_T : kernel.PARAMETERS + 1] = at[1 : kernel.PARAMETERS - kernel.A_T + 2]
     places[kernel.STATE_AT] = state_at
     memory_at = state_at + n + m
-    for k, (effect, _) in enumerate(chosen):
+    for k, (_, effect, _) in enumerate(stages):
         place = kernel.PER_EFFECT + 3 * k
         places[place : place + 3] = effect.step.address, at[len(blocks) + k], memory_at
         memory_at += effect.state_size

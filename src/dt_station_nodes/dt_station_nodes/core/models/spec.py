@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from ..channels import Channel
 from ..errors import StationError
-from .effects import registry
+from .effects import Attachment, registry
 
 Coefficients = Annotated[tuple[float, ...], Field(min_length=1)]
 
@@ -23,9 +23,10 @@ class _Frozen(BaseModel):
 
 
 class EffectSpec(_Frozen):
-    """One effect of a path: its name in the library and its parameters by name."""
+    """One effect of a path: its name in the library, its parameters by name, its place if not the usual one."""
 
     name: str
+    at: Attachment | None = None
     parameters: dict[str, float] = Field(default_factory=dict)
 
     @model_validator(mode="after")
@@ -34,6 +35,9 @@ class EffectSpec(_Frozen):
         if self.name not in effects:
             raise ValueError(f"no effect is called {self.name}; there are {', '.join(effects)}")
         effects[self.name].complete(self.parameters)
+        allowed = (effects[self.name].attachment, *effects[self.name].also)
+        if self.at is not None and self.at not in allowed:
+            raise ValueError(f"effect {self.name} can sit at {' or '.join(a.value for a in allowed)} only")
         bad = [name for name, value in self.parameters.items() if not math.isfinite(value)]
         if bad:
             raise ValueError(f"effect {self.name} needs a finite number for {', '.join(bad)}")
@@ -136,9 +140,11 @@ class ModelSpec(_Frozen):
         changed = type(path).model_validate({**path.model_dump(), **changes})
         return self.model_copy(update={"paths": {**self.paths, channel: changed}})
 
-    def with_effect(self, channel: Channel, name: str, parameters: Mapping[str, float]) -> "ModelSpec":
+    def with_effect(
+        self, channel: Channel, name: str, parameters: Mapping[str, float], at: Attachment | None = None
+    ) -> "ModelSpec":
         """The same model with an effect on a path; one of the same name is replaced where it stands."""
-        new = EffectSpec(name=name, parameters=dict(parameters))
+        new = EffectSpec(name=name, parameters=dict(parameters), at=at)
         old = self.paths[channel].effects
         at = [effect.name for effect in old].index(name) if any(e.name == name for e in old) else len(old)
         return self.with_path(channel, effects=(*old[:at], new, *old[at + 1 :]))

@@ -25,11 +25,14 @@ NAMES = (
     "hysteresis",
     "leakage",
     "load_dependent_gain",
+    "memory",
     "overflow",
     "periodic_disturbance",
     "rate_limit",
     "resonance",
     "saturation",
+    "stroke_dependent_gain",
+    "trapped_air",
 )
 
 

@@ -18,9 +18,19 @@ EFFECT = Effect(
     name="backlash",
     sentence="After each reversal the output stands still until play in the linkage is taken up.",
     attachment=Attachment.OUTPUT,
-    parameters=(Parameter("half_width", Quantity.OUTPUT, "half the play", 0.0, 0.5, (0.01, 0.05, 0.2)),),
+    parameters=(
+        Parameter(
+            "half_width",
+            Quantity.SIGNAL,
+            "half the play, in volts where it sits on the input",
+            0.0,
+            0.5,
+            (0.003, 0.01, 0.03, 0.1, 0.2),
+        ),
+    ),
     step=_step,
     check="Hold the actuator and move the load by hand or dial gauge; look at pins, couplings and sensor mounting.",
     source="Nordin & Gutman, Automatica 38 (2002) 1633: dead-zone-free play model",
     state_size=2,
+    also=(Attachment.INPUT,),
 )

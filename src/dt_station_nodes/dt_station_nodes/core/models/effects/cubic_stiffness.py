@@ -1,6 +1,5 @@
 """Cubic stiffness: a restoring force that grows with the cube of the stroke."""
 
-from ...channels import Channel
 from ..compiled import OUTPUT, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
@@ -29,6 +28,5 @@ EFFECT = Effect(
     step=_step,
     check="Measure the voltage needed to hold several places along the stroke; look for bellows and end cushions.",
     source="Duffing spring; Nayfeh & Mook, Nonlinear Oscillations (1979), 4.1",
-    channels=(Channel.POSITION,),
     sub_stepped=True,
 )

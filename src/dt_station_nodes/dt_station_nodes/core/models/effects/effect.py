@@ -22,11 +22,15 @@ class Quantity(Enum):
     INPUT = "V"
     INPUT_RATE = "V/s"
     OUTPUT = "output"
+    SIGNAL = "signal"  # V where the effect sits on the input, else as OUTPUT
     VELOCITY = "output/s"
     TIME = "s"
     RATE = "1/s"
     FREQUENCY = "Hz"
     ANGLE = "rad"
+    PER_OUTPUT = "1/output"
+    PER_OUTPUT_SQUARED = "1/output^2"
+    PER_OUTPUT_CUBED = "1/output^3"
     PER_LOAD = "1/Pa"
     VELOCITY_PER_LOAD = "output/(s Pa)"
     INPUT_PER_OUTPUT_CUBED = "V/output^3"
@@ -51,8 +55,10 @@ class Parameter:
     neutral: float = 0.0
     optional: bool = False
 
-    def unit(self, channel: Channel) -> str:
+    def unit(self, channel: Channel, at: "Attachment | None" = None) -> str:
         """Unit on a channel, with the channel's own unit in place of `output`."""
+        if self.quantity is Quantity.SIGNAL:
+            return "V" if at is Attachment.INPUT else channel.unit
         return self.quantity.value.replace("output", channel.unit)
 
 
@@ -61,7 +67,9 @@ class Effect:
     """One effect of the library.
 
     `step` is a C function made by `effect_step`; its parameters come in the order of `parameters`, its state is
-    `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample.
+    `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample. `also` lists
+    places other than `attachment` where a model may put it. Effects outside the `vocabulary` are never named by
+    discovery: they stand for behaviour that must not be mistaken for a named effect.
     """
 
     name: str
@@ -74,6 +82,8 @@ class Effect:
     channels: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
     state_size: int = 0
     sub_stepped: bool = False
+    also: tuple[Attachment, ...] = ()
+    vocabulary: bool = True
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name; KeyError if there is none."""

@@ -3,17 +3,17 @@
 import math
 
 from ...channels import Channel
-from ..compiled import FREE_VELOCITY, VELOCITY_GAIN, Doubles, effect_step
+from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, VELOCITY_GAIN, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    coulomb, static_excess, stribeck_velocity, asymmetry = p[0], p[1], p[2], p[3]
+    coulomb, static_excess, stribeck_velocity, asymmetry, load_share = p[0], p[1], p[2], p[3], p[4]
     gain = c[VELOCITY_GAIN]
     if gain == 0.0:
         return value
-    velocity = c[FREE_VELOCITY]
+    velocity = c[FREE_VELOCITY] - (1.0 - load_share) * c[LOAD_VELOCITY]
     level = coulomb
     if static_excess != 0.0 and stribeck_velocity > 0.0:
         ratio = velocity / stribeck_velocity
@@ -49,6 +49,16 @@ EFFECT = Effect(
             -0.9,
             0.9,
             (0.0,),
+            optional=True,
+        ),
+        Parameter(
+            "load_share",
+            Quantity.RATIO,
+            "1: holds against what the load pressure moves too, 0: only what the valve moves",
+            0.0,
+            1.0,
+            (0.0,),
+            neutral=1.0,
             optional=True,
         ),
     ),

@@ -2,16 +2,15 @@
 
 import math
 
-from ...channels import Channel
-from ..compiled import LOAD, Doubles, effect_step
+from ..compiled import LOAD, REST, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    per_load, direction, linearity = p[0], p[1], p[2]
+    per_load, direction, linearity, base = p[0], p[1], p[2], p[3]
     helps = -1.0 if value < 0.0 else 1.0
-    share = per_load * c[LOAD] * (1.0 - direction + direction * helps)
+    share = per_load * (c[LOAD] + c[REST] * (1.0 - base)) * (1.0 - direction + direction * helps)
     root = math.sqrt(max(1.0 - 2.0 * share, 0.0))
     return value * ((1.0 - linearity) * root + linearity * max(1.0 - share, 0.0))
 
@@ -47,9 +46,18 @@ EFFECT = Effect(
             (0.0,),
             optional=True,
         ),
+        Parameter(
+            "base",
+            Quantity.RATIO,
+            "load pressure at which the gain is the nominal one, over the rest pressure",
+            0.0,
+            2.0,
+            (0.0,),
+            neutral=1.0,
+            optional=True,
+        ),
     ),
     step=_step,
     check="Measure speed at one voltage under several loads; compare supply pressure with load pressure.",
     source="Merritt, Hydraulic Control Systems (1967), 5.3: q = k x sqrt(ps - sign(x) pL)",
-    channels=(Channel.POSITION,),
 )

@@ -28,7 +28,13 @@ EFFECT = Effect(
     attachment=Attachment.INPUT,
     parameters=(
         Parameter(
-            "rate_v_per_s", Quantity.INPUT_RATE, "highest rate of change", 0.0, 50.0, (0.5, 2.0, 8.0), neutral=1e9
+            "rate_v_per_s",
+            Quantity.INPUT_RATE,
+            "highest rate of change",
+            0.0,
+            50.0,
+            (0.01, 0.03, 0.07, 0.15, 0.3, 0.6, 1.5, 4.0),
+            neutral=1e9,
         ),
     ),
     step=_step,

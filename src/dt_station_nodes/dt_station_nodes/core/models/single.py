@@ -1,0 +1,73 @@
+"""One path alone under given voltages and load: what a fit simulates thousands of times."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..channels import Channel
+from . import kernel
+from .compiled import CONTEXT_SIZE
+from .prepare import prepare, standing, substeps
+from .spec import ModelSpec, PathSpec
+
+Array = NDArray[np.float64]
+
+_FIRST_STATE = 3
+_NONE = np.zeros(0)
+
+
+@dataclass(frozen=True, slots=True)
+class PathSimulator:
+    """Simulates variants of one channel's path over one run by the kernel that runs whole models.
+
+    `voltage_v` (n,), `load_pa` (n,) the pressure that loads a position path (absolute, interpolated within a
+    sample) or empty, `rest_pa` the pressure's rest value, `first` the measured output (SI) the run begins at.
+    """
+
+    channel: Channel
+    sample_time_s: float
+    voltage_v: Array
+    load_pa: Array
+    rest_pa: float
+    first: float
+    _voltages: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        voltages = np.zeros((len(self.voltage_v), 2))
+        voltages[:, 0 if self.channel is Channel.PRESSURE else 1] = self.voltage_v
+        object.__setattr__(self, "_voltages", voltages)
+
+    def simulate(self, path: PathSpec) -> Array:
+        """Output of the path (SI), shape (n,), standing at `first` at the start."""
+        spec = ModelSpec.model_construct(name="path", source="", paths={self.channel: path})
+        steps = substeps(spec, self.sample_time_s)
+        step_s = self.sample_time_s / steps
+        is_pressure = self.channel is Channel.PRESSURE
+        pressure = prepare(path if is_pressure else None, step_s, _FIRST_STATE)
+        position = prepare(None if is_pressure else path, step_s, _FIRST_STATE + pressure.size)
+        if not is_pressure:
+            pressure.numbers[kernel.REST_OUTPUT] = self.rest_pa
+        own = pressure if is_pressure else position
+        state = np.zeros(_FIRST_STATE + pressure.size + position.size)
+        if own.linear.b.size:
+            above = self.first - own.rest
+            state[1 if is_pressure else 2] = above
+            states = standing(own, above)
+            state[own.state_at : own.state_at + states.size] = states
+        load = self.load_pa if len(self.load_pa) else np.full(len(self.voltage_v), self.rest_pa)
+        outputs = np.empty_like(self._voltages)
+        kernel.run(
+            pressure.numbers,
+            pressure.places,
+            position.numbers,
+            position.places,
+            np.array([self.sample_time_s, float(steps), 1.0]),
+            state,
+            self._voltages,
+            _NONE if is_pressure else load,
+            np.zeros(CONTEXT_SIZE),
+            np.zeros(max(pressure.size, position.size, 1)),
+            outputs,
+        )
+        return outputs[:, 0 if is_pressure else 1].copy()
