@@ -1,5 +1,7 @@
 """The ament_python package: nodes as executables, launch files and configuration as shared files."""
 
+import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from setuptools import find_packages, setup
@@ -19,11 +21,16 @@ NODES = (
 )
 
 
+def relative(paths: Iterable[Path]) -> list[str]:
+    """The paths as colcon wants them: relative to this folder."""
+    return sorted(os.path.relpath(path, HERE) for path in paths)
+
+
 def tree(root: Path, target: str) -> list[tuple[str, list[str]]]:
     """The files below root as data_files entries, folder by folder."""
     folders = [root, *sorted(path for path in root.rglob("*") if path.is_dir())]
     entries = [
-        (str(Path(target) / folder.relative_to(root)), sorted(str(path) for path in folder.iterdir() if path.is_file()))
+        (str(Path(target) / folder.relative_to(root)), relative(path for path in folder.iterdir() if path.is_file()))
         for folder in folders
     ]
     return [(where, files) for where, files in entries if files]
@@ -37,7 +44,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
-        (f"share/{PACKAGE}/launch", sorted(str(path) for path in (HERE / "launch").glob("*.launch.py"))),
+        (f"share/{PACKAGE}/launch", relative((HERE / "launch").glob("*.launch.py"))),
         *tree(CONFIG, f"share/{PACKAGE}/config"),
     ],
     install_requires=["setuptools"],
