@@ -158,8 +158,8 @@ def identify_closed_loop(
 ) -> IdentifiedPath:
     """The paper's way for a first-order astatic path (equations (3) to (5)).
 
-    The loop from set-point to output is estimated with 2 poles and no zero; without the free term of its denominator and
-    divided by the scaling gain (V per output unit; read off the run where None) it is the open path.
+    The loop from set-point to output is estimated with 2 poles and no zero; without the free term of its denominator
+    and divided by the scaling gain (V per output unit; read off the run where None) it is the open path.
     """
     check_excitation(run, channel.setpoint_signal)
     check_response(run, channel)
