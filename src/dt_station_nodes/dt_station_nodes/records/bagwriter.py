@@ -112,12 +112,14 @@ class BagWriter:
         """Add to what the bag says about itself."""
         self._context.update(values)
 
-    def write(self, topic: int, sequence: int, time_ns: int, data: bytes) -> None:
+    def write(self, topic: int, sequence: int, time_ns: int, data: bytes, publish_ns: int | None = None) -> None:
         """Take one message; `tick` brings it to the disk."""
         if self._file is None:
             self.loss[topic].unwritten += 1
             return
-        self._file.writer.message(self._file.channels[topic], sequence, time_ns, time_ns, data)
+        self._file.writer.message(
+            self._file.channels[topic], sequence, time_ns, time_ns if publish_ns is None else publish_ns, data
+        )
 
     def tick(self, now: float) -> None:
         """Close the chunk and split the file where it is time; `now` in s of any steady clock."""
@@ -217,7 +219,11 @@ class BagWriter:
             for channel, count in given_up.items():
                 self.loss[file.channels.index(channel)].unwritten += count
                 self._counts[file.channels.index(channel)] -= count
-            return {LOSS: self._loss_text(), ROSBAG2: {"serialized_metadata": self._serialized(file)}}
+            return {
+                CONTEXT: self._context,
+                LOSS: self._loss_text(),
+                ROSBAG2: {"serialized_metadata": self._serialized(file)},
+            }
 
         try:
             file.writer.close(last_words)

@@ -73,6 +73,11 @@ def installed_definition(msgtype: str) -> str:
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
 
+@cache
+def _parsed(msgtype: str, text: str) -> Mapping[str, Any]:
+    return get_types_from_msg(text, msgtype)
+
+
 def typestore(definitions: Mapping[str, str]) -> Typestore:
     """A store of the types in `definitions` (message type -> ros2msg text), and of nothing else.
 
@@ -81,13 +86,14 @@ def typestore(definitions: Mapping[str, str]) -> Typestore:
     store = get_typestore(Stores.EMPTY)
     for msgtype, text in definitions.items():
         try:
-            types = get_types_from_msg(text, msgtype)
+            types = _parsed(msgtype, text)
             store.register({name: types[name] for name in types if name not in store.fielddefs})
         except Exception:  # the parser has no common error
             raise RecordError(f"the definition of {msgtype} cannot be understood") from None
     return store
 
 
+@cache
 def type_hash(msgtype: str, text: str) -> str:
     """The RIHS01 hash of a type from its definition; empty where it cannot be computed."""
     try:

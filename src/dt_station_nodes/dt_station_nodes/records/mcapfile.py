@@ -12,7 +12,6 @@ from mcap.records import (
     AttachmentIndex,
     Channel,
     ChunkIndex,
-    DataEnd,
     Footer,
     Header,
     Metadata,
@@ -30,10 +29,13 @@ from .mcapscan import (
     Place,
     chunk_block,
     content,
+    data_checksum_holds,
+    definitions,
     parse,
     places,
     unpack_chunk,
 )
+from .salvage import survey
 
 _BATCH = 1 << 20
 
@@ -96,8 +98,11 @@ class McapFile:
                 footer = parse(Footer.read, tail[9:-8])
                 if footer.summary_start <= size:
                     return footer
+        found = survey(self.path)
+        seconds = (found.end_ns - found.start_ns) * 1e-9
         raise TornError(
-            f"{self.path}: torn, its end is missing after {size} bytes; dt-station recover saves what is whole"
+            f"{self.path}: torn, its end is missing: {found.chunks} chunks with {found.messages} messages of "
+            f"{seconds:.1f} s are whole, {found.skipped_bytes} bytes after them are not; dt-station recover saves them"
         )
 
     def _summary(self, start: int, end: int, footer: Footer) -> None:
@@ -138,29 +143,16 @@ class McapFile:
 
     def _check_data(self) -> None:
         """Compare the data section with the checksum at its end, if the writer gave one."""
-        end = self._data_end - 13
-        if end < len(MAGIC):
+        if self._data_end - 13 < len(MAGIC):
             raise DamagedError("the data section is missing")
-        self._file.seek(end)
-        tail = self._file.read(13)
-        if tail[0] != Opcode.DATA_END or tail[1:9] != b"\x04" + bytes(7):
-            return
-        expected = parse(DataEnd.read, tail[9:]).data_section_crc
-        if not expected:
-            return
-        self._file.seek(0)
-        crc, left = 0, end
-        while left:
-            data = self._file.read(min(_BATCH, left))
-            crc, left = zlib.crc32(data, crc), left - len(data)
-        if crc != expected:
+        if not data_checksum_holds(self._file, self._data_end - 13):
             raise DamagedError("the data fail their checksum")
 
     def _scan(self) -> None:
         """Channels and metadata of a file without an index, from its data."""
         for place in places(self._file, len(MAGIC), self._data_end):
             if place.opcode == Opcode.CHUNK:
-                for opcode, data in _definitions(unpack_chunk(content(self._file, place))):
+                for opcode, data in definitions(unpack_chunk(content(self._file, place))):
                     if opcode == Opcode.SCHEMA:
                         schema = parse(Schema.read, data)
                         self.schemas[schema.id] = schema
@@ -249,13 +241,3 @@ class McapFile:
 def _loose_block(records: list[bytes]) -> Block:
     lengths = np.array([len(record) for record in records], dtype=np.int64)
     return block_of(b"".join(records), np.cumsum(lengths) - lengths)
-
-
-def _definitions(records: bytes) -> Iterator[tuple[int, bytes]]:
-    """Schema and channel records among a chunk's records."""
-    position = 0
-    while position + 9 <= len(records):
-        opcode, length = records[position], int.from_bytes(records[position + 1 : position + 9], "little")
-        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            yield opcode, records[position + 9 : position + 9 + length]
-        position += 9 + length

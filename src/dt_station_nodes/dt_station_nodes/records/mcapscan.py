@@ -20,6 +20,7 @@ MAGIC = b"\x89MCAP0\r\n"
 FOOTER_SIZE = 29
 MAX_CHUNK = 1 << 32
 MAX_RECORD = 1 << 36
+_BATCH = 1 << 20
 _HEAD = struct.Struct("<BQ")
 _CHUNK = struct.Struct("<QQQII")
 _T = TypeVar("_T")
@@ -129,3 +130,32 @@ def chunk_block(data: bytes, index: bytes | None = None) -> Block:
         return block_of(records, starts)
     except BlockError as error:
         raise DamagedError(f"a chunk is damaged: {error}") from None
+
+
+def data_checksum_holds(file: BinaryIO, end: int) -> bool:
+    """Whether the data before the data end record at `end` have the checksum it states, if it states one."""
+    file.seek(end)
+    tail = file.read(13)
+    if len(tail) < 13 or tail[0] != Opcode.DATA_END or tail[1:9] != b"\x04" + bytes(7):
+        return True
+    expected = int.from_bytes(tail[9:], "little")
+    if not expected:
+        return True
+    file.seek(0)
+    crc, left = 0, end
+    while left:
+        data = file.read(min(_BATCH, left))
+        if not data:
+            return False
+        crc, left = zlib.crc32(data, crc), left - len(data)
+    return crc == expected
+
+
+def definitions(records: bytes) -> Iterator[tuple[int, bytes]]:
+    """Schema and channel records among a chunk's records."""
+    position = 0
+    while position + 9 <= len(records):
+        opcode, length = records[position], int.from_bytes(records[position + 1 : position + 9], "little")
+        if opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            yield opcode, records[position + 9 : position + 9 + length]
+        position += 9 + length

@@ -124,6 +124,9 @@ class McapWriter:
     def message(self, channel: int, sequence: int, log_time: int, publish_time: int, data: bytes) -> None:
         """Add a message to the open chunk; nothing is written yet."""
         chunk = self._pending
+        if not chunk.count and (number := len(self._chunks)) and number & (number - 1) == 0:
+            # again in chunks 1, 2, 4, 8...: one damaged chunk must not take the definitions with it
+            self._unwritten = self._definitions()
         if self._unwritten:
             chunk.definitions += self._unwritten
             chunk.parts += self._unwritten
@@ -175,6 +178,9 @@ class McapWriter:
         chunk, self._pending = self._pending, _Pending()
         self._unwritten = [*chunk.definitions, *self._unwritten]
         return {channel: len(entries) for channel, entries in chunk.index.items()}
+
+    def _definitions(self) -> list[bytes]:
+        return [packed(record) for record in (*self._schemas.values(), *self._channels.values())]
 
     def attachment(self, name: str, media_type: str, data: bytes, time: int) -> None:
         """Write a whole file into the bag."""
