@@ -19,7 +19,7 @@ PAIRS = (
     (("saturation", POSITION), ("bias", POSITION)), (("leakage", POSITION), ("periodic_disturbance", POSITION)),
     (("asymmetric_gain", POSITION), ("friction", POSITION)), (("delay", PRESSURE), ("dead_zone", POSITION)),
     (("resonance", POSITION), ("gain_drift", POSITION)), (("bias", PRESSURE), ("rate_limit", POSITION)),
-    (("load_dependent_gain", POSITION), ("extra_lag", POSITION)), 
+    (("load_dependent_gain", POSITION), ("extra_lag", POSITION)),
     (("periodic_disturbance", PRESSURE), ("saturation", PRESSURE)),
 )  # fmt: skip
 
