@@ -46,8 +46,10 @@ def run_from_bag(path: str | Path, ending: str = STATE) -> Run:
                 if values is not None:
                     signals[signal] = values
         signals.update(table)
+        # a channel that is not there at all reads not-a-number throughout
+        signals = {name: values for name, values in signals.items() if not np.isnan(values).all()}
         for name, values in signals.items():
-            check_finite(values, f"{path}: {topic}", name)
+            check_finite(values, f"{path}: {topic}", name, first)
         return Run(step, signals, first * step, str(path))
 
 

@@ -14,6 +14,7 @@ from .rosbag2 import NAME, BagInfo, FileInfo, TopicInfo, dump_info
 CONTEXT = "dt_station"
 LOSS = "dt_station_loss"
 ROSBAG2 = "rosbag2"
+_RETRY_S = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,8 @@ class _File:
 class BagWriter:
     """Writes one bag. Troubles with the disk after the start are kept in `problem`, and counted, never raised.
 
-    Not thread-safe. Raises RecordError where the bag exists already or cannot be started.
+    Not thread-safe. Raises RecordError where the bag exists already, or cannot be started and `patient` does not
+    say to go on trying.
     """
 
     def __init__(
@@ -69,6 +71,7 @@ class BagWriter:
         options: WriterOptions = WriterOptions(),
         context: Mapping[str, str] | None = None,
         library: str = "dt_station",
+        patient: bool = False,
     ) -> None:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise RecordError(f"{folder} exists already; choose another name or remove it")
@@ -84,11 +87,13 @@ class BagWriter:
         self._number = 0
         self._last_flush = 0.0
         self._file: _File | None = None
+        self._next_try = 0.0
         try:
-            folder.mkdir(parents=True, exist_ok=True)
             self._file = self._start(0.0)
         except OSError as error:
-            raise RecordError(f"{folder}: cannot be written ({error.strerror or error})") from None
+            self._trouble(error)
+            if not patient:
+                raise RecordError(self.problem) from None
 
     def topic(self, topic: RecordedTopic) -> int:
         """Register a topic; returns its number."""
@@ -124,11 +129,13 @@ class BagWriter:
     def tick(self, now: float) -> None:
         """Close the chunk and split the file where it is time; `now` in s of any steady clock."""
         if self._file is None:
-            try:
-                self._file = self._start(now)
-                self.problem = ""
-            except OSError as error:
-                self._trouble(error)
+            if now >= self._next_try:
+                self._next_try = now + _RETRY_S
+                try:
+                    self._file = self._start(now)
+                    self.problem = ""
+                except OSError as error:
+                    self._trouble(error)
             return
         options, writer = self.options, self._file.writer
         if not self._file.start:
@@ -163,6 +170,7 @@ class BagWriter:
         return info
 
     def _start(self, now: float) -> _File:
+        self.folder.mkdir(parents=True, exist_ok=True)
         path = self.folder / f"{self.folder.name}_{self._number}.mcap"
         self._number += 1
         try:

@@ -1,0 +1,78 @@
+"""What the recorder must know of a topic: its type, how its writers offer it, where it lies in the bag."""
+
+import importlib
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from ..records.bagwriter import RecordedTopic
+from ..records.definitions import installed_definition, type_hash
+from ..records.rosbag2 import TopicInfo, dump_qos
+from ..records.sequences import kind_of, number_reader
+from ..records.writerthread import WriterThread
+from .parameters import ParameterError
+
+_NANO = 1_000_000_000
+
+
+def message_class(msgtype: str) -> Any:
+    """The class of a message type such as std_msgs/msg/String. Raises ParameterError."""
+    package, _, name = msgtype.split("/")
+    try:
+        return getattr(importlib.import_module(f"{package}.msg"), name)
+    except (ImportError, AttributeError):
+        raise ParameterError(
+            f"the messages of {package} are not installed; source the workspace they come from"
+        ) from None
+
+
+class TopicSlot:
+    """A recorded topic. It enters the bag with its first message, when its writers' quality of service is known."""
+
+    __slots__ = ("_definition", "msgtype", "name", "number", "sequence")
+
+    def __init__(self, name: str, msgtype: str) -> None:
+        self.name, self.msgtype = name, msgtype
+        self.number: int | None = None
+        self._definition = installed_definition(msgtype)
+        self.sequence: Callable[[bytes], int] = number_reader(kind_of(msgtype, self._definition))
+
+    def register(self, node: Node, writer: WriterThread) -> None:
+        """Enter the topic into the bag, once."""
+        if self.number is not None:
+            return
+        qos = dump_qos(offered(node, self.name))
+        known = type_hash(self.msgtype, self._definition)
+        info = TopicInfo(self.name, self.msgtype, 0, qos, known)
+        self.number = writer.topic(RecordedTopic(info, self._definition))
+
+
+def offered(node: Node, topic: str) -> list[dict[str, Any]]:
+    """The quality of service of each writer of a topic, in rosbag2's words."""
+    try:
+        profiles = [info.qos_profile for info in node.get_publishers_info_by_topic(topic)]
+    except Exception:  # the context may be gone at the end of a recording
+        return []
+    found = [_profile(profile) for profile in profiles]
+    return [profile for i, profile in enumerate(found) if profile not in found[:i]]
+
+
+def _profile(profile: QoSProfile) -> dict[str, Any]:
+    return {
+        "history": profile.history.name.lower(),
+        "depth": profile.depth,
+        "reliability": profile.reliability.name.lower(),
+        "durability": profile.durability.name.lower(),
+        "deadline": _time(profile.deadline),
+        "lifespan": _time(profile.lifespan),
+        "liveliness": profile.liveliness.name.lower(),
+        "liveliness_lease_duration": _time(profile.liveliness_lease_duration),
+        "avoid_ros_namespace_conventions": profile.avoid_ros_namespace_conventions,
+    }
+
+
+def _time(duration: Any) -> dict[str, int]:
+    seconds, nanoseconds = divmod(duration.nanoseconds, _NANO)
+    return {"sec": seconds, "nsec": nanoseconds}
