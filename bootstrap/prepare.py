@@ -23,15 +23,11 @@ class Terminated(BaseException):
 
 def prepare(world: World, outdated: Callable[[], list[Stage]], stamps: Stamps, processes: Processes) -> int:
     """Make the world ready; returns an exit status: 0 ready, 1 failed, 130 interrupted."""
-    for number in (signal.SIGTERM, signal.SIGHUP):
+    endings = (signal.SIGTERM, signal.SIGHUP)
+    for number in endings:
         signal.signal(number, _terminate)
     try:
-        world.home.mkdir(parents=True, exist_ok=True)
-        with _alone(world):
-            todo = outdated()  # another start may have done it while this one waited
-            if todo:
-                require_machine(world)
-                _run(world, todo, stamps, processes)
+        make_ready(world, outdated, stamps, processes)
         return 0
     except PreparationError as error:
         _say(str(error))
@@ -43,8 +39,18 @@ def prepare(world: World, outdated: Callable[[], list[Stage]], stamps: Stamps, p
         _say("interrupted; start again and it goes on from where it was.")
         return 130
     finally:
-        for number in (signal.SIGTERM, signal.SIGHUP):
+        for number in endings:
             signal.signal(number, signal.SIG_DFL)
+
+
+def make_ready(world: World, outdated: Callable[[], list[Stage]], stamps: Stamps, processes: Processes) -> None:
+    """Run what is outdated, alone in this checkout. Raises PreparationError."""
+    world.home.mkdir(parents=True, exist_ok=True)
+    with alone(world):
+        todo = outdated()  # another start may have done it while this one waited
+        if todo:
+            require_machine(world)
+            _run(world, todo, stamps, processes)
 
 
 def _run(world: World, todo: list[Stage], stamps: Stamps, processes: Processes) -> None:
@@ -69,7 +75,7 @@ def _remember_python(world: World) -> None:
 
 
 @contextmanager
-def _alone(world: World) -> Iterator[None]:
+def alone(world: World) -> Iterator[None]:
     """Hold the checkout's lock; wait, and say so, while another start prepares."""
     with (world.state / "lock").open("w", encoding="utf-8") as lock:
         try:

@@ -115,7 +115,7 @@ def test_imports_point_one_way():
         for item in imports(path)
         if (target := ours(item)) and part(path) and target[0] not in {part(path), *MAY_IMPORT[part(path)]}
     ]
-    assert not wrong
+    assert not wrong, "\n".join(wrong)
 
 
 def test_other_packages_are_used_through_their_public_names():
@@ -128,7 +128,7 @@ def test_other_packages_are_used_through_their_public_names():
                 continue
             if not (target[0] == "core" and len(target) == 2):
                 wrong.append(f"{where(path, item.line)} reaches into {'.'.join(target)}")
-    assert not wrong
+    assert not wrong, "\n".join(wrong)
 
 
 def test_pure_packages_have_no_clock_files_threads_or_ros():
@@ -139,7 +139,7 @@ def test_pure_packages_have_no_clock_files_threads_or_ros():
         for item in imports(path)
         if (top := item.module.split(".")[0]) in IMPURE_MODULES or top.endswith("_msgs")
     ]
-    assert not wrong
+    assert not wrong, "\n".join(wrong)
 
 
 def test_pure_packages_open_no_file_and_print_nothing():
@@ -150,7 +150,7 @@ def test_pure_packages_open_no_file_and_print_nothing():
         for node in ast.walk(tree(path))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in {"open", "print", "input"}
     ]
-    assert not wrong
+    assert not wrong, "\n".join(wrong)
 
 
 def test_randomness_is_seeded():
@@ -164,7 +164,7 @@ def test_randomness_is_seeded():
                     wrong.append(where(path, node.lineno) + f" uses np.random.{node.attr}")
             elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("default_rng") and not node.args:
                 wrong.append(where(path, node.lineno) + " seeds from the system")
-    assert not wrong
+    assert not wrong, "\n".join(wrong)
 
 
 def test_numbers_do_not_depend_on_the_machine():
@@ -178,7 +178,7 @@ def test_numbers_do_not_depend_on_the_machine():
         and isinstance(node.value, ast.Constant)
         and node.value.value
     ]
-    assert not wrong
+    assert not wrong, "\n".join(wrong)
 
 
 def test_sources_run_on_python_3_10():
@@ -193,7 +193,7 @@ def test_sources_run_on_python_3_10():
                 ]
             elif isinstance(node, ast.Import):
                 wrong += [where(path, node.lineno) for alias in node.names if alias.name == "tomllib"]
-    assert not wrong
+    assert not wrong, "\n".join(wrong)
 
 
 def test_modules_hold_one_concept():
@@ -203,7 +203,7 @@ def test_modules_hold_one_concept():
         most = NODE_LINES if part(path) == "nodes" and path.stem in EXECUTABLES else MODULE_LINES
         if lines > most:
             long.append(f"{path.relative_to(ROOT)}: {lines} lines, at most {most}")
-    assert not long
+    assert not long, "\n".join(long)
 
 
 def test_packages_say_what_is_public():
@@ -217,7 +217,7 @@ def test_packages_say_what_is_public():
         lists = [node for node in body if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__"]
         if exported and not lists:
             wrong.append(f"{path.relative_to(ROOT)} re-exports without __all__")
-    assert not wrong
+    assert not wrong, "\n".join(wrong)
 
 
 def test_every_node_is_an_executable_with_a_main():
@@ -247,7 +247,7 @@ def test_no_file_names_a_machine_or_a_registry_host():
             continue
         text = data.decode("utf-8", errors="replace")
         wrong += [f"{path.relative_to(ROOT)}: {match[0]}" for match in FOREIGN.finditer(text)]
-    assert not wrong
+    assert not wrong, "\n".join(wrong)
 
 
 def test_lock_is_pinned_hashed_and_names_no_host():
