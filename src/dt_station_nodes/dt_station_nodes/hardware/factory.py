@@ -17,7 +17,7 @@ class BackendError(StationError):
 def open_backend(kind: str, options: Mapping[str, Any]) -> Backend:
     """The backend of a kind, not yet open.
 
-    virtual: `sample_time_s`, `rig` (name or path of a rig file, or a RigConfig), `seed` (optional, instead of the file's);
+    virtual: `sample_time_s`, `rig` (name or path of a rig file, or a RigConfig), `seed` (instead of the file's);
     replay: `run` (a Run; `sample_time_s`, if given, must be the run's); fake: `sample_time_s`, `samples` (optional).
     Raises BackendError or RigError.
     """
@@ -60,7 +60,7 @@ def _replay(options: Mapping[str, Any]) -> Backend:
     asked = options.get("sample_time_s")
     if asked is not None and abs(float(asked) - run.sample_time_s) > 1e-6 * run.sample_time_s:
         raise BackendError(
-            f"{run.source or 'the run'} was sampled every {run.sample_time_s:g} s, not {asked:g} s; set sample_time_s to it"
+            f"{run.source or 'the run'} is sampled every {run.sample_time_s:g} s, not {asked:g} s; set sample_time_s so"
         )
     return ReplayBackend(run)
 

@@ -106,14 +106,22 @@ class VirtualRig:
         return RigState(_frozen(values)), RigOutput(pressure, position, load, servo, sensor_flags | card_flags)
 
     def simulate(self, load_voltage_v: Array, servo_voltage_v: Array, state: RigState | None = None) -> Run:
-        """A whole run from voltages of shape (n,); the same numbers as stepping."""
+        """The table of a whole run from voltages of shape (n,); the same numbers as stepping."""
+        return self._play(load_voltage_v, servo_voltage_v, state)[0]
+
+    def after(self, load_voltage_v: Array, servo_voltage_v: Array, state: RigState | None = None) -> RigState:
+        """The state after voltages of shape (n,) have acted."""
+        return self._play(load_voltage_v, servo_voltage_v, state)[1]
+
+    def _play(self, load_voltage_v: Array, servo_voltage_v: Array, state: RigState | None) -> tuple[Run, RigState]:
         now = self.initial_state() if state is None else state
         rows = np.empty((len(load_voltage_v), 4))
-        for i in range(len(load_voltage_v)):
-            now, out = self.step(now, RigInput(float(load_voltage_v[i]), float(servo_voltage_v[i])))
+        for i, (load, servo) in enumerate(zip(load_voltage_v, servo_voltage_v, strict=True)):
+            now, out = self.step(now, RigInput(float(load), float(servo)))
             rows[i] = out.load_voltage_v, out.servo_voltage_v, out.pressure_pa, out.position_m
         names = ("load_voltage_v", "servo_voltage_v", "pressure_pa", "position_m")
-        return Run(self.sample_time_s, dict(zip(names, rows.T.copy(), strict=True)), source=f"rig {self.config.name}")
+        signals = dict(zip(names, rows.T.copy(), strict=True))
+        return Run(self.sample_time_s, signals, source=f"rig {self.config.name}"), now
 
     def truth(self, state: RigState) -> Truth:
         """The physical state behind the sensors."""
