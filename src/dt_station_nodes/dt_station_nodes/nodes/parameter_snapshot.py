@@ -20,6 +20,7 @@ class ParameterSnapshot:
         self._node, self._keep = node, keep
         self._asked: dict[str, tuple[Any, Any]] = {}
         self._found: dict[str, dict[str, Any]] = {}
+        self._open: dict[str, int] = {}
         self._timer = node.create_timer(_POLL_S, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _look(self) -> None:
@@ -40,6 +41,7 @@ class ParameterSnapshot:
             # a node that comes back is asked again
             del self._asked[name]
             self._found.pop(name, None)
+            self._open.pop(name, None)
 
     def _listed(self, name: str, future: Any) -> None:
         self._ask(name, sorted(future.result().result.names))
@@ -51,13 +53,16 @@ class ParameterSnapshot:
 
     def _got(self, name: str, names: list[str], future: Any) -> None:
         values = future.result().values
-        if len(values) < len(names):
-            # one parameter without a value spoils the answer for all: ask for each
-            for single in names if len(names) > 1 else ():
-                self._ask(name, [single])
-            return
         found = self._found.setdefault(name, {})
-        for key, value in zip(names, values, strict=True):
+        for key, value in zip(names, values, strict=False):
             python = parameter_value_to_python(value)
             found[key] = list(python) if hasattr(python, "tolist") else python
-        self._keep(name, yaml.safe_dump(dict(sorted(found.items())), sort_keys=False, allow_unicode=True))
+        if len(values) < len(names) and len(names) > 1:
+            # one parameter without a value spoils the answer for all: ask for each
+            self._open[name] = len(names)
+            for single in names:
+                self._ask(name, [single])
+            return
+        self._open[name] = self._open.get(name, 1) - 1
+        if self._open[name] <= 0:
+            self._keep(name, yaml.safe_dump(dict(sorted(found.items())), sort_keys=False, allow_unicode=True))

@@ -1,6 +1,7 @@
 """The run in a bag: what the object did, beside the set-points its controllers acted on."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,94 +16,141 @@ STATE = "object/state"
 TWIN = "twin/state"
 COMMANDS = {"pressure_setpoint_pa": "load/command", "position_setpoint_m": "position/command"}
 SETPOINTS = {"pressure_setpoint_pa": "load/setpoint", "position_setpoint_m": "position/setpoint"}
-_STATE_FIELDS = {
+PLANT_STATE = "dt_station_msgs/msg/PlantState"
+_FIELDS = {
     "pressure_pa": "pressure",
     "position_m": "position",
     "load_voltage_v": "load_voltage",
     "servo_voltage_v": "servo_voltage",
 }
-PLANT_STATE = "dt_station_msgs/msg/PlantState"
 _STAMP = ("header.stamp.sec", "header.stamp.nanosec")
-Sequence64 = NDArray[np.int64]
+Numbers = NDArray[np.int64]
 
 
-def run_from_bag(path: str | Path, ending: str = STATE) -> Run:
+@dataclass(frozen=True, slots=True)
+class PlantStates:
+    """Samples of one run in order: sequence numbers, stamps (ns) and signals, all of shape (n,)."""
+
+    what: str
+    sequence: Numbers
+    stamp_ns: Numbers
+    signals: dict[str, Array]
+
+    def pick(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> "PlantStates":
+        """Some of the samples."""
+        signals = {name: values[rows] for name, values in self.signals.items()}
+        return PlantStates(self.what, self.sequence[rows], self.stamp_ns[rows], signals)
+
+    def sample_time_s(self) -> float:
+        """Sample time of an even, gapless run; raises RecordError with what is missing."""
+        if len(self.sequence) < 2:
+            raise RecordError(f"{self.what} has {len(self.sequence)} samples; a run needs at least 2")
+        gaps = np.flatnonzero(np.diff(self.sequence) != 1)
+        if gaps.size:
+            k = int(gaps[0])
+            raise RecordError(
+                f"{self.what}: samples {self.sequence[k] + 1} to {self.sequence[k + 1] - 1} are missing "
+                f"({int((np.diff(self.sequence) - 1).sum())} in all); export a whole stretch with --from and --to"
+            )
+        seconds = (self.stamp_ns - self.stamp_ns[0]) * 1e-9
+        return even_grid(seconds, self.what, "header.stamp", int(self.sequence[0]))[1]
+
+
+def run_from_bag(
+    path: str | Path,
+    ending: str = STATE,
+    number: int | None = None,
+    from_s: float | None = None,
+    to_s: float | None = None,
+) -> Run:
     """The run in a bag, from the topic that ends in `ending`; raises RecordError unless it is whole.
 
     Voltages and measured quantities come from the plant state, set-points from the commands for the same samples.
+    A bag in which the numbering began anew holds several runs; `number` (from 1) chooses. `from_s` and `to_s` (s on
+    the run's own time axis) choose a stretch.
     """
     with Bag(path) as bag:
-        topic = bag.find(ending, PLANT_STATE)
-        if topic is None:
-            raise RecordError(
-                f"{path}: no topic {ending} of type {PLANT_STATE}; the bag has {', '.join(bag.topics) or 'none'}"
-            )
-        sequence, stamps, table = plant_states(bag, topic)
-        first, step = sampling(sequence, stamps, f"{path}: {topic}")
+        states = plant_states(bag, ending, number)
+        if from_s is not None or to_s is not None:
+            states = states.pick(window(states, from_s, to_s))
+        step = states.sample_time_s()
         signals: dict[str, Array] = {}
-        for signal, name in (*COMMANDS.items(), *SETPOINTS.items()):
-            if signal not in signals:
-                values = _setpoints(bag, name, sequence)
-                if values is not None:
-                    signals[signal] = values
-        signals.update(table)
+        for signal, topic in COMMANDS.items():
+            values = _column_at(bag, topic, "setpoint", states.stamp_ns, "right")
+            if values is None:
+                values = _column_at(bag, SETPOINTS[signal], "value", states.stamp_ns, "left")
+            if values is not None:
+                signals[signal] = values
+        signals.update(states.signals)
         # a channel that is not there at all reads not-a-number throughout
         signals = {name: values for name, values in signals.items() if not np.isnan(values).all()}
+        first = int(states.sequence[0])
         for name, values in signals.items():
-            check_finite(values, f"{path}: {topic}", name, first)
+            check_finite(values, states.what, name, first)
+        if not signals:
+            raise RecordError(f"{states.what} holds no signal at all")
         return Run(step, signals, first * step, str(path))
 
 
-def plant_states(bag: Bag, topic: str) -> tuple[Sequence64, Sequence64, dict[str, Array]]:
-    """Sequence numbers, stamps (ns) and signals of a plant state topic, in order of sequence."""
-    columns = bag.columns(topic, ["sequence", *_STAMP, *_STATE_FIELDS.values()])
-    for name in _STATE_FIELDS.values():
+def window(states: PlantStates, from_s: float | None, to_s: float | None) -> NDArray[np.bool_]:
+    """Samples whose time (s, from sample 0) lies in from_s to to_s (exclusive)."""
+    if len(states.sequence) < 2:
+        return np.ones(len(states.sequence), np.bool_)
+    steps = np.diff(states.stamp_ns) / np.diff(states.sequence)
+    time = states.sequence * float(np.median(steps)) * 1e-9
+    chosen = np.ones(len(time), np.bool_)
+    if from_s is not None:
+        chosen &= time >= from_s - 1e-9
+    if to_s is not None:
+        chosen &= time < to_s - 1e-9
+    return chosen
+
+
+def plant_states(bag: Bag, ending: str, number: int | None = None) -> PlantStates:
+    """Samples of the plant state topic that ends in `ending`; raises RecordError."""
+    topic = bag.find(ending, PLANT_STATE)
+    if topic is None:
+        known = ", ".join(bag.topics) or "none"
+        raise RecordError(f"{bag.path}: no topic {ending} of type {PLANT_STATE}; the bag has {known}")
+    columns = bag.columns(topic, ["sequence", *_STAMP, *_FIELDS.values()])
+    for name in _FIELDS.values():
         if len(columns["sequence"]) and columns[name].dtype.kind != "f":
             raise RecordError(f"{bag.path}: the field {name} of {topic} is no floating-point number")
-    sequence = columns["sequence"].astype(np.int64)
-    stamps = columns[_STAMP[0]].astype(np.int64) * 1_000_000_000 + columns[_STAMP[1]].astype(np.int64)
-    table = {signal: columns[name].astype(np.float64) for signal, name in _STATE_FIELDS.items()}
-    if len(sequence) > 1 and not (np.diff(sequence) > 0).all():
-        back = int(np.flatnonzero(np.diff(sequence) <= 0)[0])
-        raise RecordError(
-            f"{bag.path}: {topic} holds more than one run: sample {sequence[back + 1]} follows {sequence[back]}; "
-            "export the stretch you want with --from and --to"
-        )
-    return sequence, stamps, table
+    states = PlantStates(
+        f"{bag.path}: {topic}",
+        columns["sequence"].astype(np.int64),
+        _stamps(columns),
+        {signal: columns[name].astype(np.float64) for signal, name in _FIELDS.items()},
+    )
+    starts = [0, *(np.flatnonzero(np.diff(states.sequence) <= 0) + 1).tolist(), len(states.sequence)]
+    runs = len(starts) - 1
+    if runs > 1 and number is None:
+        raise RecordError(f"{states.what} holds {runs} runs; export one with --run 1 to --run {runs}")
+    if number is not None and not 1 <= number <= runs:
+        raise RecordError(f"{states.what} holds {runs} runs; there is no run {number}")
+    return states if number is None else states.pick(slice(starts[number - 1], starts[number]))
 
 
-def sampling(sequence: Sequence64, stamps: Sequence64, what: str) -> tuple[int, float]:
-    """First sequence number and sample time (s) of a gapless topic; raises RecordError."""
-    if len(sequence) < 2:
-        raise RecordError(f"{what} has {len(sequence)} samples; a run needs at least 2")
-    gaps = np.flatnonzero(np.diff(sequence) != 1)
-    if gaps.size:
-        k = int(gaps[0])
-        raise RecordError(
-            f"{what}: samples {sequence[k] + 1} to {sequence[k + 1] - 1} are missing "
-            f"({int((np.diff(sequence) - 1).sum())} in all); export the stretch you want with --from and --to"
-        )
-    _, step = even_grid((stamps - stamps[0]) * 1e-9, what, "header.stamp", int(sequence[0]))
-    return int(sequence[0]), step
+def _stamps(columns: dict[str, NDArray[np.generic]]) -> Numbers:
+    seconds, nanoseconds = (columns[name].astype(np.int64) for name in _STAMP)
+    return np.asarray(seconds * 1_000_000_000 + nanoseconds)
 
 
-def _setpoints(bag: Bag, ending: str, sequence: Sequence64) -> Array | None:
-    """Set-points at the samples asked for; those without one take the last before (the first after at the start)."""
+def _column_at(bag: Bag, ending: str, field: str, stamp_ns: Numbers, side: str) -> Array | None:
+    """A topic's field at stamps: the last value not after (right) or before (left) each, the first before any."""
     topic = bag.find(ending)
     if topic is None:
         return None
-    field = "setpoint" if ending.endswith("command") else "value"
-    columns = bag.columns(topic, ["sequence", field])
-    numbers, values = columns["sequence"].astype(np.int64), columns[field].astype(np.float64)
-    if not len(numbers):
+    columns = bag.columns(topic, [*_STAMP, field])
+    if not len(columns["log_time"]):
         return None
-    order = np.argsort(numbers, kind="stable")
-    numbers, values = numbers[order], values[order]
-    place = np.searchsorted(numbers, sequence, side="right") - 1
-    return np.ascontiguousarray(values[np.clip(place, 0, None)])
+    stamps, values = _stamps(columns), columns[field].astype(np.float64)
+    order = np.argsort(stamps, kind="stable")
+    place = np.searchsorted(stamps[order], stamp_ns, side="right" if side == "right" else "left") - 1
+    return np.ascontiguousarray(values[order][np.clip(place, 0, None)])
 
 
-def common_samples(first: Sequence64, second: Sequence64) -> Sequence[NDArray[np.intp]]:
-    """Places in both of the sequence numbers that both have."""
-    _, left, right = np.intersect1d(first, second, return_indices=True)
-    return left, right
+def common_samples(first: PlantStates, second: PlantStates) -> Sequence[PlantStates]:
+    """The samples that both have, by sequence number."""
+    _, left, right = np.intersect1d(first.sequence, second.sequence, return_indices=True)
+    return first.pick(left), second.pick(right)

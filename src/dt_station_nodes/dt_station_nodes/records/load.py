@@ -22,11 +22,16 @@ def load_run(path: str | Path, data_map: DataMap | str | Path | None = None) -> 
         raise RecordError(f"{path}: no such file or directory")
     if data_map is not None:
         return _foreign(path, data_map if isinstance(data_map, DataMap) else load_map(data_map))
-    if path.is_dir() or path.suffix in (".mcap", ".db3"):
+    if is_bag(path):
         return run_from_bag(path)
     if path.suffix.lower() == ".mat":
         raise RecordError(f"{path}: a MAT file needs a data map (--map) that says which column is which signal")
     return _own(path)
+
+
+def is_bag(path: Path) -> bool:
+    """Whether a path is read as a bag: a folder, an MCAP or a sqlite3 file."""
+    return path.is_dir() or path.suffix in (".mcap", ".db3")
 
 
 def _own(path: Path) -> Run:

@@ -1,0 +1,121 @@
+"""`dt-station compare`: how far apart object and twin are, or two runs."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .common import ForceOption, JsonOption, OutOption, console, emit_json, find_config, output_dir
+
+if TYPE_CHECKING:
+    from ..records.comparing import Comparison
+
+
+def compare(
+    run: Annotated[Path, typer.Argument(help="A bag, the station's CSV, or foreign data with --map.")],
+    other: Annotated[Path | None, typer.Argument(help="A second run [default: the twin in the first].")] = None,
+    *,
+    from_s: Annotated[float | None, typer.Option("--from", help="Start of the window, s.")] = None,
+    to_s: Annotated[float | None, typer.Option("--to", help="End of the window, s.")] = None,
+    max_delay: Annotated[float, typer.Option(min=0.0, help="Longest delay to align by, s.")] = 0.5,
+    number: Annotated[int | None, typer.Option("--run", min=1, help="Which run of a bag that holds several.")] = None,
+    data_map: Annotated[str, typer.Option("--map", help="Map of foreign columns, for both runs.")] = "",
+    out: OutOption = None,
+    force: ForceOption = False,
+    json: JsonOption = False,
+) -> None:
+    """Print ISE, RMS and fit per channel, as they are and with the delay between the two taken out.
+
+    Files (residuals and a picture) are written only where --out is given.
+
+    Example: dt-station compare runs/demo/pid runs/demo/fuzzy --from 4 --to 20
+    """
+    from ..records import load_run
+    from ..records.bagrun import run_from_bag
+    from ..records.comparing import compare_bag, compare_runs
+    from ..records.load import is_bag
+
+    mapped = find_config("maps", data_map) if data_map else None
+    if other is None:
+        found = compare_bag(run, from_s, to_s, max_delay, number)
+    else:
+        runs = [
+            run_from_bag(path, number=number) if number and is_bag(path) else load_run(path, mapped)
+            for path in (run, other)
+        ]
+        found = compare_runs(runs[0], runs[1], from_s, to_s, max_delay)
+    files = _write(found, output_dir("compare", out, force)) if out is not None else {}
+    if json:
+        emit_json({"first": found.first, "second": found.second, **_values(found), "files": files})
+        return
+    _print(found)
+    for name, path in files.items():
+        console.print(f"{name}: {path}")
+
+
+def _values(found: "Comparison") -> dict[str, Any]:
+    channels = {
+        channel.value: {
+            "samples": gap.samples,
+            "ise": gap.ise,
+            "rms": gap.rms,
+            "fit_percent": gap.fit_percent,
+            "delay_s": gap.delay_s,
+            "aligned": {"ise": gap.aligned_ise, "rms": gap.aligned_rms, "fit_percent": gap.aligned_fit_percent},
+            "unit": channel.unit,
+        }
+        for channel, gap in found.channels.items()
+    }
+    return {"sample_time_s": found.sample_time_s, "missed": found.missed, "channels": channels}
+
+
+def _print(found: "Comparison") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"{found.first} minus {found.second}")
+    for heading in ("channel", "samples", "ISE", "RMS", "fit", "delay", "ISE aligned", "RMS aligned", "fit aligned"):
+        table.add_column(heading, justify="left" if heading == "channel" else "right")
+    for channel, gap in found.channels.items():
+        unit = channel.unit
+        table.add_row(
+            channel.value,
+            str(gap.samples),
+            f"{gap.ise:.4g} {unit}²s",
+            f"{gap.rms:.4g} {unit}",
+            f"{gap.fit_percent:.2f} %",
+            f"{gap.delay_s * 1e3:.1f} ms",
+            f"{gap.aligned_ise:.4g} {unit}²s",
+            f"{gap.aligned_rms:.4g} {unit}",
+            f"{gap.aligned_fit_percent:.2f} %",
+        )
+    Console(width=140).print(table)
+    if found.missed:
+        print(f"{found.missed} samples had no partner")
+
+
+def _write(found: "Comparison", folder: Path) -> dict[str, str]:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    import numpy as np
+
+    figure, axes = plt.subplots(2 * len(found.channels), 1, sharex=True, figsize=(10, 5 * len(found.channels)))
+    columns = {"time_s": next(iter(found.channels.values())).time_s}
+    for i, (channel, gap) in enumerate(found.channels.items()):
+        axes[2 * i].plot(gap.time_s, gap.first, label="first", linewidth=1)
+        axes[2 * i].plot(gap.time_s, gap.second, label="second", linewidth=1)
+        axes[2 * i].set_ylabel(f"{channel.value}, {channel.unit}")
+        axes[2 * i].legend(loc="upper right")
+        axes[2 * i + 1].plot(gap.time_s, gap.first - gap.second, color="tab:red", linewidth=1)
+        axes[2 * i + 1].set_ylabel(f"residual, {channel.unit}")
+        columns[f"{channel.value}_first"], columns[f"{channel.value}_second"] = gap.first, gap.second
+    axes[-1].set_xlabel("time, s")
+    figure.suptitle(f"{found.first}\nminus {found.second}", fontsize=9)
+    figure.tight_layout()
+    figure.savefig(folder / "residuals.png", dpi=110)
+    plt.close(figure)
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(folder / "residuals.csv", table, fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
+    return {"picture": str(folder / "residuals.png"), "table": str(folder / "residuals.csv")}
