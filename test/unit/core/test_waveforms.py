@@ -51,7 +51,8 @@ def test_square_is_high_for_its_duty_exactly(duty: float) -> None:
     got = waveform_samples(Waveform(Shape.SQUARE, 1.5, 0.5, 0.25, 0.0, duty), 0.02, 2000)
     period = got.reshape(10, 200)
     high = round(200 * duty)
-    assert (period[:, :high] == 2.0).all() and (period[:, high:] == -1.0).all()
+    assert (period[:, :high] == 2.0).all()
+    assert (period[:, high:] == -1.0).all()
 
 
 @pytest.mark.parametrize("duty", [0.0, 0.3, 0.5, 1.0])
