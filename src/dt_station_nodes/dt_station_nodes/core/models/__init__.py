@@ -2,7 +2,7 @@
 
 from .plant import ModelInput, ModelOutput, ModelState, PlantModel, Simulation
 from .prepare import LONGEST_SUBSTEP_S
-from .spec import DisturbanceSpec, EffectSpec, ModelError, ModelSpec, PathSpec, TransferFunction
+from .spec import DisturbanceSpec, EffectSpec, ModelError, ModelSpec, Outlet, PathSpec, TransferFunction
 
 __all__ = [
     "LONGEST_SUBSTEP_S",
@@ -13,6 +13,7 @@ __all__ = [
     "ModelOutput",
     "ModelSpec",
     "ModelState",
+    "Outlet",
     "PathSpec",
     "PlantModel",
     "Simulation",

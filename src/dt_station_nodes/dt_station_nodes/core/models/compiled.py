@@ -26,11 +26,16 @@ VELOCITY_GAIN = 5  # change of that velocity per volt
 FREE_OUTPUT = 6  # Pa or m above rest at the end of the sub-step if the effect did nothing
 INJECTION_GAIN = 7  # change of that output per unit of injection
 LOAD = 8  # Pa above rest, pressure that loads the path (on the pressure path its own, at the start of the sub-step)
-INJECTION = 9  # Pa/s or m/s, flow added at the slowest real pole; effects add to it
+INJECTION = 9  # Pa/s or m/s, flow into the store behind the output; effects add to it
 REST = 10  # Pa, rest pressure, so that LOAD + REST is absolute (on both paths)
 LOAD_VELOCITY = 11  # Pa/s or m/s, the part of FREE_VELOCITY that the disturbance path makes
 STAGE = 12  # where the effect is called: 0 input, 1 state, 2 output
-CONTEXT_SIZE = 13
+OUTLET_RATE = 13  # 1/s, decay of what is injected (0 for a cylinder)
+OUTPUT_REST = 14  # Pa or m, the path's own rest, so that OUTPUT + OUTPUT_REST is absolute
+INLET_RATE = 15  # 1/s, decay of the one store before the output's, 0 where there is none
+STATIC_GAIN = 16  # Pa/V or m/V, 0 for an integrating path
+VELOCITY = 17  # Pa/s or m/s at the start of the sub-step, without voltage feed-through and injection
+CONTEXT_SIZE = 18
 
 
 def effect_step(function: Callable[..., float]) -> Any:

@@ -14,17 +14,22 @@ from .compiled import (
     FREE_VELOCITY,
     INJECTION,
     INJECTION_GAIN,
+    INLET_RATE,
     LOAD,
     LOAD_VELOCITY,
+    OUTLET_RATE,
     OUTPUT,
+    OUTPUT_REST,
     RAW_INPUT,
     REST,
     STAGE,
+    STATIC_GAIN,
     SUBSTEP,
     TIME,
     VELOCITY_GAIN,
     call_step,
 )
+from .compiled import VELOCITY as VELOCITY_NOW
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -58,7 +63,10 @@ GAIN_OUTPUT = 5  # free output at the sub-step's end per volt
 GAIN_INJECTION = 6  # free output at the sub-step's end per injection
 GAIN_INJECTED_VELOCITY = 7
 REST_OUTPUT = 8  # SI
-HEADER = 9
+DECAY = 9  # of what is injected, 1/s
+INLET_DECAY = 10  # of the store before, 1/s
+STATIC = 11  # output per volt at rest
+HEADER = 12
 
 
 @njit(cache=True, _nrt=False)
@@ -128,6 +136,11 @@ def _substep(
         context[LOAD_VELOCITY] = away_velocity
         context[VELOCITY_GAIN] = numbers[GAIN_VELOCITY]
         context[INJECTION_GAIN] = numbers[GAIN_INJECTION]
+        context[OUTLET_RATE] = numbers[DECAY]
+        context[INLET_RATE] = numbers[INLET_DECAY]
+        context[STATIC_GAIN] = numbers[STATIC]
+        context[VELOCITY_NOW] = _dot(numbers, places[VELOCITY], state, x, n)
+        context[OUTPUT_REST] = numbers[REST_OUTPUT]
         for k in range(places[INPUT_END], places[STATE_END]):
             flow = context[INJECTION]
             context[FREE_OUTPUT] = drift + numbers[GAIN_OUTPUT] * u + numbers[GAIN_INJECTION] * flow

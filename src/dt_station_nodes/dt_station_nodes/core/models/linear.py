@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from .spec import TransferFunction
+from .spec import Outlet, TransferFunction
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,10 @@ class LinearPath:
     """x' = A x + B u + E w, y = C x + D u, discretised: x+ = a x + b u + e w.
 
     `velocity` and `velocity_direct` read dy/dt = velocity x + velocity_direct u (u held). `e` injects a flow
-    w (output units per s) at the slowest real pole, as oil lost or gained there; zeros where there is none.
+    w (output units per s) into the store behind the output, whose content alone decays with `outlet_rate` (1/s):
+    oil or water lost or gained there; zeros where no real pole is seen at the output. `inlet_rate` (1/s) is that
+    of the one store before it, where the path is two such stores in a row, else 0. `static_gain` is 0 for an
+    integrating path.
     """
 
     a: Array
@@ -27,6 +30,9 @@ class LinearPath:
     e: Array
     velocity: Array
     velocity_direct: float
+    outlet_rate: float
+    inlet_rate: float
+    static_gain: float
 
 
 def coefficients(transfer: TransferFunction) -> tuple[Array, Array]:
@@ -44,12 +50,12 @@ def coefficients(transfer: TransferFunction) -> tuple[Array, Array]:
     return numerator / denominator[0], denominator / denominator[0]
 
 
-def discretise(transfer: TransferFunction, scale: float, step_s: float) -> LinearPath:
+def discretise(transfer: TransferFunction, scale: float, step_s: float, outlet: Outlet = Outlet.SLOWEST) -> LinearPath:
     """Exact zero-order-hold equivalent over `step_s` of the path times `scale`; its arrays are shared, never write them.
 
     Remembered: a fit asks for the same few paths thousands of times.
     """
-    return _discretised(*coefficients_key(transfer), scale, step_s)
+    return _discretised(*coefficients_key(transfer), scale, step_s, outlet)
 
 
 def coefficients_key(transfer: TransferFunction) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -60,7 +66,11 @@ def coefficients_key(transfer: TransferFunction) -> tuple[tuple[float, ...], tup
 
 @lru_cache(maxsize=256)
 def _discretised(
-    given_numerator: tuple[float, ...], given_denominator: tuple[float, ...], scale: float, step_s: float
+    given_numerator: tuple[float, ...],
+    given_denominator: tuple[float, ...],
+    scale: float,
+    step_s: float,
+    outlet: Outlet,
 ) -> LinearPath:
     """The work of `discretise`.
 
@@ -72,7 +82,7 @@ def _discretised(
     d = float(numerator[0]) * scale
     if n == 0:
         empty = np.zeros(0)
-        return LinearPath(np.zeros((0, 0)), empty, empty, d, empty, empty, 0.0)
+        return LinearPath(np.zeros((0, 0)), empty, empty, d, empty, empty, 0.0, 0.0, 0.0, d)
     nonzero = np.trim_zeros(denominator, "b")
     rate = abs(nonzero[-1]) ** (1.0 / (nonzero.size - 1)) if nonzero.size > 1 else 1.0
     powers = rate ** -np.arange(n + 1.0)
@@ -84,7 +94,7 @@ def _discretised(
     b = np.zeros(n)
     b[0] = 1.0
     c = (num[1:] - den[1:] * num[0]) * scale
-    e = _slow_injection(a, c)
+    e, outlet_rate, inlet_rate = _injection(a, c, outlet)
     augmented = np.zeros((n + 2, n + 2))
     augmented[:n, :n] = a
     augmented[:n, n] = b
@@ -98,16 +108,25 @@ def _discretised(
         e=np.ascontiguousarray(phi[:n, n + 1] / rate),
         velocity=c @ a * rate,
         velocity_direct=float(c @ b) * rate,
+        outlet_rate=outlet_rate * rate,
+        inlet_rate=inlet_rate * rate,
+        static_gain=float(num[-1] / den[-1]) * scale if den[-1] != 0.0 else 0.0,
     )
 
 
-def _slow_injection(a: Array, c: Array) -> Array:
-    """Eigenvector of the slowest real pole with unit readout, zeros if no real pole is seen at the output."""
+def _injection(a: Array, c: Array, outlet: Outlet) -> tuple[Array, float, float]:
+    """Eigenvector of the outlet's real pole with unit readout, its rate of decay (1 / time) and the inlet's."""
+    nothing = np.zeros(a.shape[0]), 0.0, 0.0
     values, vectors = np.linalg.eig(a)
     real = [i for i in range(values.size) if abs(values[i].imag) < 1e-9 * max(abs(values[i]), 1e-9)]
     if not real:
-        return np.zeros(a.shape[0])
-    slowest = min(real, key=lambda i: abs(values[i].real))
-    vector = np.real(vectors[:, slowest])
+        return nothing
+    choose = min if outlet is Outlet.SLOWEST else max
+    pole = choose(real, key=lambda i: abs(values[i].real))
+    vector = np.real(vectors[:, pole])
     readout = float(c @ vector)
-    return np.zeros(a.shape[0]) if abs(readout) < 1e-12 * float(np.abs(c).max()) else vector / readout
+    if abs(readout) < 1e-12 * float(np.abs(c).max()):
+        return nothing
+    decay = -values.real
+    two_stores = values.size == len(real) == 2 and decay.min() > 1e-9 * decay.max()
+    return vector / readout, float(decay[pole]), float(decay[1 - pole]) if two_stores else 0.0

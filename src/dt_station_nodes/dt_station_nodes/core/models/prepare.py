@@ -16,10 +16,12 @@ Integers = NDArray[np.int64]
 
 # Long enough for speed at 20 ms, short enough that stick, lag and delay are resolved.
 LONGEST_SUBSTEP_S = 0.005
+# A slow plant is sampled slowly: beyond this its sub-steps would only cost time.
+MOST_SUBSTEPS = 8
 
 _ORDER = (Attachment.INPUT, Attachment.STATE, Attachment.OUTPUT)
 _EMPTY = np.zeros(0)
-_NOTHING = LinearPath(np.zeros((0, 0)), _EMPTY, _EMPTY, 0.0, _EMPTY, _EMPTY, 0.0)
+_NOTHING = LinearPath(np.zeros((0, 0)), _EMPTY, _EMPTY, 0.0, _EMPTY, _EMPTY, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +42,7 @@ def substeps(spec: ModelSpec, sample_time_s: float) -> int:
     coupled = any(path.disturbance is not None for path in spec.paths.values())
     if not coupled and not any(effect.sub_stepped for effect in effects):
         return 1
-    return max(1, math.ceil(sample_time_s / LONGEST_SUBSTEP_S - 1e-9))
+    return min(max(1, math.ceil(sample_time_s / LONGEST_SUBSTEP_S - 1e-9)), MOST_SUBSTEPS)
 
 
 def _stage(chosen: tuple[Attachment, Effect, dict[str, float]]) -> int:
@@ -49,7 +51,7 @@ def _stage(chosen: tuple[Attachment, Effect, dict[str, float]]) -> int:
 
 def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath:
     """Discretise a path and lay out its numbers; an absent path gives a constant zero."""
-    linear = _NOTHING if path is None else discretise(path, path.scale, step_s)
+    linear = _NOTHING if path is None else discretise(path, path.scale, step_s, path.outlet)
     away = _NOTHING
     if path is not None and path.disturbance is not None:
         away = discretise(path.disturbance, path.scale * path.disturbance.input_scale, step_s)
@@ -66,6 +68,9 @@ def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath
     header[kernel.GAIN_OUTPUT] = linear.c @ linear.b + linear.d
     header[kernel.GAIN_INJECTION] = linear.c @ linear.e
     header[kernel.GAIN_INJECTED_VELOCITY] = linear.velocity @ linear.e
+    header[kernel.DECAY] = linear.outlet_rate
+    header[kernel.INLET_DECAY] = linear.inlet_rate
+    header[kernel.STATIC] = linear.static_gain
     header[kernel.REST_OUTPUT] = 0.0 if path is None else path.rest
 
     blocks = [header, linear.a.T.ravel(), linear.b, linear.e, linear.c, linear.velocity]

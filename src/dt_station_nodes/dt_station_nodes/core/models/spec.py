@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from enum import Enum
 from typing import Annotated, Any
 
 import yaml
@@ -20,6 +21,13 @@ class ModelError(StationError):
 
 class _Frozen(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Outlet(str, Enum):
+    """Which real pole of a path is the store right behind its output."""
+
+    SLOWEST = "slowest"
+    FASTEST = "fastest"
 
 
 class EffectSpec(_Frozen):
@@ -85,6 +93,7 @@ class PathSpec(TransferFunction):
 
     scale: float = Field(default=1.0, gt=0.0, description="SI units per unit of the transfer function's output")
     rest: float = Field(default=0.0, description="output at zero input, SI")
+    outlet: Outlet = Field(default=Outlet.SLOWEST, description="real pole of the store right behind the output")
     disturbance: DisturbanceSpec | None = None
     effects: tuple[EffectSpec, ...] = ()
 

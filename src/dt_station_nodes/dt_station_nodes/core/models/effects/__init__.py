@@ -31,6 +31,7 @@ NAMES = (
     "rate_limit",
     "resonance",
     "saturation",
+    "square_root_outflow",
     "stroke_dependent_gain",
     "trapped_air",
 )

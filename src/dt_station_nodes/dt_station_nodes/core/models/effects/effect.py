@@ -34,7 +34,6 @@ class Quantity(Enum):
     PER_LOAD = "1/Pa"
     VELOCITY_PER_LOAD = "output/(s Pa)"
     INPUT_PER_OUTPUT_CUBED = "V/output^3"
-    VELOCITY_PER_ROOT_OUTPUT = "output^0.5/s"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,10 +1,23 @@
-"""Overflow: the stored quantity cannot rise beyond a limit; what comes on top is lost."""
+"""Overflow: a store stops at its rim; what comes on top is lost, or spills on into the next store."""
 
 import math
 
 from numba import njit
 
-from ..compiled import FREE_OUTPUT, INJECTION, INJECTION_GAIN, STAGE, Doubles, effect_step
+from ..compiled import (
+    FREE_OUTPUT,
+    INJECTION,
+    INJECTION_GAIN,
+    INLET_RATE,
+    OUTLET_RATE,
+    OUTPUT,
+    STAGE,
+    STATIC_GAIN,
+    SUBSTEP,
+    VELOCITY,
+    Doubles,
+    effect_step,
+)
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -19,9 +32,19 @@ def _below(value: float, limit: float, rounding: float) -> float:
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    limit, rounding, inlet_limit, spill = p[0], p[1], p[2], p[3]
     if c[STAGE] > 1.5:
-        return _below(value, p[0], p[1])
-    excess = c[FREE_OUTPUT] - p[0]
+        return _below(value, limit, rounding)
+    if c[INLET_RATE] > 0.0 and c[OUTLET_RATE] > 0.0:
+        # What the store before holds, as the output level it would keep up: it drives the output's velocity.
+        held = c[OUTPUT] + c[VELOCITY] / c[OUTLET_RATE]
+        left = math.exp(-c[SUBSTEP] * c[INLET_RATE])
+        content = held * left + c[STATIC_GAIN] * value * (1.0 - left)
+        lost = max(content - inlet_limit, 0.0) / (1.0 - left)
+        # That store must end at its rim: it gets only the inflow that takes it there.
+        value -= lost / c[STATIC_GAIN]
+        c[INJECTION] += spill * lost * c[OUTLET_RATE]
+    excess = c[FREE_OUTPUT] + c[INJECTION_GAIN] * c[INJECTION] - limit
     if excess > 0.0 and c[INJECTION_GAIN] > 0.0:
         c[INJECTION] -= excess / c[INJECTION_GAIN]
     return value
@@ -40,6 +63,25 @@ EFFECT = Effect(
             0.0,
             0.3,
             (0.02,),
+            optional=True,
+        ),
+        Parameter(
+            "inlet_limit",
+            Quantity.OUTPUT,
+            "rim of the store before the output's, as the output level above rest that it can keep up",
+            0.1,
+            3.0,
+            (0.6, 0.8),
+            neutral=1e12,
+            optional=True,
+        ),
+        Parameter(
+            "spill",
+            Quantity.RATIO,
+            "share of that store's spill that falls into the output's store",
+            0.0,
+            1.0,
+            (0.3,),
             optional=True,
         ),
     ),
