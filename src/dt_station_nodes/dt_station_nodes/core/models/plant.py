@@ -83,8 +83,8 @@ class PlantModel:
 
     def step(self, state: ModelState, given: ModelInput) -> tuple[ModelState, ModelOutput]:
         """One sample: the output at it and the state at the next, after `given` acted for one sample time."""
-        measured = _EMPTY if given.pressure_pa is None else np.array([given.pressure_pa])
-        voltages = np.array([[given.load_voltage_v, given.servo_voltage_v]])
+        measured = _EMPTY if given.pressure_pa is None else np.array([given.pressure_pa], dtype=np.float64)
+        voltages = np.array([[given.load_voltage_v, given.servo_voltage_v]], dtype=np.float64)
         values, outputs = self._run(state, voltages, measured, interpolate=False)
         return ModelState(values), ModelOutput(float(outputs[0, 0]), float(outputs[0, 1]))
 
