@@ -246,7 +246,7 @@ def _searched(structure: Structure, data: Data) -> list[tuple[Array, ...]]:
         return [(d,) for d in pole_starts(structure.paths[0], data)]
     chosen: list[Array | None] = [None] * len(structure.paths)
     outputs = [np.zeros(len(data)) for _ in structure.paths]
-    for _ in range(3):
+    for _ in range(2):
         for index, path in enumerate(structure.paths):
             others = sum((y for i, y in enumerate(outputs) if i != index), np.zeros(len(data)))
             alone = Data(data.sample_time_s, (data.inputs[index],), data.output - others)

@@ -10,10 +10,10 @@ import numpy as np
 
 from ..core.run import Array
 from .propagation import filter_held, filter_smooth
-from .sensitivity import linear_columns
+from .sensitivity import linear_columns, simulated
 from .structure import Data, Hold, PathStructure, Structure, slices
 
-ROUNDS = 12
+ROUNDS = 8
 
 
 def linear_start(
@@ -73,7 +73,7 @@ def _instrumental(path: PathStructure, data: Data, index: int, rate_rad_s: float
             break
         denominator = stabilised(estimated)
         theta, cost = linear_start(single, (denominator,), alone, rate_rad_s)
-        instrument = linear_columns(single, theta, alone, rate_rad_s) @ theta
+        instrument = simulated(single, theta, alone, rate_rad_s)
         if cost < best_cost * (1.0 - 1e-6):
             best, best_cost = denominator, cost
         elif round_number > 3 and cost < best_cost * (1.0 + 1e-4):

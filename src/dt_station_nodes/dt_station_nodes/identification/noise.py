@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_toeplitz
 from scipy.signal import lfilter
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from ..core.run import Array
 
@@ -101,7 +101,7 @@ def whiteness(residual: Array, lags: int = 25) -> CheckResult:
     covariance = autocorrelation(residual, lags)
     rho = covariance[1:] / covariance[0] if covariance[0] > 0.0 else np.zeros(lags)
     statistic = samples * (samples + 2.0) * float(np.sum(rho**2 / (samples - np.arange(1, lags + 1))))
-    return CheckResult("residual is white", statistic, float(chi2.ppf(0.99, lags)))
+    return CheckResult("residual is white", statistic, float(chdtri(lags, 0.01)))
 
 
 def independence(residual: Array, signal: Array, colour: NoiseColour, name: str, lags: int = 25) -> CheckResult:
@@ -116,7 +116,7 @@ def independence(residual: Array, signal: Array, colour: NoiseColour, name: str,
     cross = rows @ target
     variance = float(np.var(target))
     if variance == 0.0:
-        return CheckResult(name, 0.0, float(chi2.ppf(0.99, lags)))
+        return CheckResult(name, 0.0, float(chdtri(lags, 0.01)))
     rank = int(np.linalg.matrix_rank(gram, hermitian=True))
     statistic = float(cross @ np.linalg.pinv(gram, hermitian=True) @ cross) / variance
-    return CheckResult(name, statistic, float(chi2.ppf(0.99, max(rank, 1))))
+    return CheckResult(name, statistic, float(chdtri(max(rank, 1), 0.01)))

@@ -2,7 +2,6 @@
 
 import numpy as np
 from numba import njit
-from scipy.linalg import expm
 
 from ..core.run import Array
 
@@ -17,13 +16,48 @@ def companion(denominator: Array) -> Array:
     return matrix
 
 
+@njit(cache=True)
+def _product(left: Array, right: Array) -> Array:
+    n = left.shape[0]
+    out = np.zeros((n, n))
+    for i in range(n):
+        for k in range(n):
+            factor = left[i, k]
+            if factor != 0.0:
+                for j in range(n):
+                    out[i, j] += factor * right[k, j]
+    return out
+
+
+@njit(cache=True)
+def exponential(matrix: Array) -> Array:
+    """Matrix exponential by scaling, Taylor series to rounding, and squaring; for small matrices, called often."""
+    n = matrix.shape[0]
+    norm = 0.0
+    for i in range(n):
+        norm = max(norm, np.sum(np.abs(matrix[i])))
+    squarings = 0
+    while norm > 0.5 and squarings < 1000:
+        norm *= 0.5
+        squarings += 1
+    scaled = matrix * 0.5**squarings
+    total = np.eye(n)
+    term = np.eye(n)
+    for k in range(1, 19):
+        term = _product(term, scaled) / k
+        total += term
+    for _ in range(squarings):
+        total = _product(total, total)
+    return total
+
+
 def held(matrix: Array, column: Array, interval_s: float) -> tuple[Array, Array]:
     """Transition over an interval and the effect of a constant input, exact also for integrators."""
     n = matrix.shape[0]
     block = np.zeros((n + 1, n + 1))
     block[:n, :n] = matrix
     block[:n, n] = column
-    power = expm(block * interval_s)
+    power = exponential(block * interval_s)
     return power[:n, :n].copy(), power[:n, n].copy()
 
 
@@ -34,7 +68,7 @@ def interpolated(matrix: Array, column: Array, interval_s: float) -> tuple[Array
     block[:n, :n] = matrix
     block[:n, n] = column
     block[n, n + 1] = 1.0 / interval_s
-    power = expm(block * interval_s)
+    power = exponential(block * interval_s)
     ending = power[:n, n + 1].copy()
     return power[:n, :n].copy(), power[:n, n] - ending, ending
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.run import Array
-from .sensitivity import respond
+from .sensitivity import respond, simulated
 from .structure import Data, Structure, slices, time_weights, unpack
 
 
@@ -54,8 +54,7 @@ def refine(
                 # a delay that wants to be negative stays at zero
                 candidate[where[2]] = np.maximum(candidate[where[2]], 0.0)
             if admissible(structure, candidate):
-                try_output, try_jacobian = respond(structure, candidate, data, rate_rad_s)
-                try_cost = _cost(data.output - try_output, weight)
+                try_cost = _cost(data.output - simulated(structure, candidate, data, rate_rad_s), weight)
                 if try_cost < cost:
                     improved = True
                     break
@@ -63,8 +62,10 @@ def refine(
         if not improved:
             converged = True
             break
-        converged = cost - try_cost < 1e-10 * cost
-        theta, output, jacobian, cost = candidate, try_output, try_jacobian, try_cost
+        # a step of three hundredths of a standard deviation changes the cost by about this much
+        converged = cost - try_cost < 1e-3 * cost / len(data)
+        theta, cost = candidate, try_cost
+        output, jacobian = respond(structure, theta, data, rate_rad_s)
         damping = max(damping / 10.0, 1e-12)
         if converged:
             break

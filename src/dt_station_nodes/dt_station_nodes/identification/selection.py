@@ -12,11 +12,18 @@ from .refinement import refine, rescaled
 from .structure import Data, Structure
 
 FOLDS = 4
+HOPELESS = 4.0
+"""Squared simulation error, as a multiple of the best one's, above which a candidate is not cross-validated."""
+CLOSE = 0.05
+"""Held-out error above the best one's that a smaller model may have at most, whatever the standard error."""
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One structure of the grid with its scores; `held_out` (FOLDS,) are mean squared errors on blocks not fitted."""
+    """One structure of the grid with its scores; `held_out` (FOLDS,) are mean squared errors on blocks not fitted.
+
+    They are infinite where it was not worth asking: a hopeless fit, or one in `doubt`.
+    """
 
     estimate: Estimate
     path: int
@@ -65,30 +72,32 @@ def select(
     Candidates are compared by the simulation error on blocks left out of the fit; the smallest model whose error there
     does not exceed the best one's by more than its standard error wins. Raises IdentificationError where none fits.
     """
-    candidates: list[Candidate] = []
+    candidates: list[Estimate] = []
     complaint: IdentificationError | None = None
     for poles, zeros in grid:
         advance(f"{poles} poles, {zeros} zeros")
         orders_of_path = replace(structure.paths[path], poles=poles, zeros=zeros)
         trial = structure.with_path(path, orders_of_path)
-        starts = [
-            _widened(c.estimate, path, orders_of_path.free_poles) for c in candidates if c.poles in (poles, poles - 1)
-        ]
+        near = [c for c in candidates if c.structure.paths[path].poles in (poles, poles - 1)][-2:]
+        starts = [_widened(smaller, path, orders_of_path.free_poles) for smaller in near]
         try:
-            fitted = estimate(trial, data, starts=starts[-2:])
+            candidates.append(estimate(trial, data, starts=starts))
         except IdentificationError as error:
             complaint = error
-            continue
-        candidates.append(scored(fitted, data, path))
     if not candidates:
         raise complaint or IdentificationError("No model of the grid could be estimated; excite the input more.")
-    return choose(candidates)
+    advance("blocks left out")
+    hopeless = HOPELESS * min(fitted.cost for fitted in candidates)
+    return choose([scored(fitted, data, path, hopeless) for fitted in candidates])
 
 
-def scored(fitted: Estimate, data: Data, path: int) -> Candidate:
-    """A fit as a candidate, with its errors on blocks held out."""
+def scored(fitted: Estimate, data: Data, path: int, hopeless: float = np.inf) -> Candidate:
+    """A fit as a candidate, with its errors on blocks held out unless its cost is hopeless or the fit is in doubt."""
+    doubt = _doubt(fitted, path)
+    if doubt or fitted.cost > hopeless:
+        return Candidate(fitted, path, np.full(FOLDS, np.inf), -np.inf, doubt)
     held_out, validation = cross_validate(fitted, data)
-    return Candidate(fitted, path, held_out, validation, _doubt(fitted, path))
+    return Candidate(fitted, path, held_out, validation, doubt)
 
 
 def cross_validate(fitted: Estimate, data: Data, folds: int = FOLDS) -> tuple[Array, float]:
@@ -110,12 +119,14 @@ def cross_validate(fitted: Estimate, data: Data, folds: int = FOLDS) -> tuple[Ar
 def choose(candidates: Sequence[Candidate]) -> Selection:
     """The smallest model whose error on the blocks left out is not clearly above the least."""
     trusted = [c for c in candidates if not c.doubt] or list(candidates)
-    best = min(trusted, key=lambda c: (float(np.mean(c.held_out)), c.estimate.structure.size))
+    best = min(trusted, key=lambda c: (float(np.mean(c.held_out)), c.estimate.cost))
     level = float(np.mean(best.held_out))
     for candidate in sorted(trusted, key=lambda c: (c.estimate.structure.size, float(np.mean(c.held_out)))):
+        if not np.all(np.isfinite(candidate.held_out)):
+            continue
         excess = candidate.held_out - best.held_out
         spread = float(np.std(excess, ddof=1)) / np.sqrt(excess.size)
-        if float(np.mean(excess)) <= max(spread, 0.002 * level):
+        if float(np.mean(excess)) <= max(min(spread, CLOSE * level), 0.002 * level):
             break
     if candidate is best:
         why = "it has the least error on the blocks left out, and no smaller model comes near it"

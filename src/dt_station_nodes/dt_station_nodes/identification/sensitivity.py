@@ -7,10 +7,9 @@ system, so they are propagated with the output, without approximation, for input
 import math
 
 import numpy as np
-from scipy.linalg import expm
 
 from ..core.run import Array
-from .propagation import companion, held, interpolated, propagate
+from .propagation import companion, exponential, held, interpolated, propagate
 from .structure import Data, Hold, PathParameters, PathStructure, Structure, slices, unpack
 
 
@@ -57,6 +56,11 @@ def linear_columns(structure: Structure, theta: Array, data: Data, rate_rad_s: f
             columns[:, where[3]] = free[::-1].T
     columns[:, -1 - int(structure.drift) :] = _trend(structure, data, rate_rad_s)
     return columns
+
+
+def simulated(structure: Structure, theta: Array, data: Data, rate_rad_s: float) -> Array:
+    """Output (n,) alone, at half the price of `respond`."""
+    return linear_columns(structure, theta, data, rate_rad_s) @ theta
 
 
 def _trend(structure: Structure, data: Data, rate_rad_s: float) -> Array:
@@ -122,7 +126,7 @@ def _forced(
             moved[-1] -= rate_rad_s * arriving
             start = column[:order] * (rate_rad_s * signal[0])
             nothing = np.zeros(signal.size)
-            transition = expm(single * (sample_time_s * rate_rad_s))
+            transition = exponential(single * (sample_time_s * rate_rad_s))
             moved += propagate(transition, nothing[:order], nothing[:order], nothing, nothing, start)
         towards_delay = values.numerator[::-1] @ moved[: path.zeros + 1]
     return output, towards_b.T, towards_a.T, towards_delay
@@ -146,7 +150,7 @@ def _decaying(matrix: Array, samples: int, interval: float, denominator: Array) 
     lasting = samples if slowest <= 0.0 else min(samples, math.ceil(60.0 / (slowest * interval)) + 1)
     start = np.zeros(matrix.shape[0])
     start[denominator.size - 2] = 1.0
-    transition = expm(matrix * interval)
+    transition = exponential(matrix * interval)
     nothing = np.zeros(lasting)
     states = np.zeros((matrix.shape[0], samples))
     states[:, :lasting] = propagate(transition, np.zeros_like(start), np.zeros_like(start), nothing, nothing, start)

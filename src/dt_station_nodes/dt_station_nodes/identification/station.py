@@ -34,6 +34,7 @@ class IdentifiedPath:
     channel: Channel
     method: Method
     selection: Selection
+    data: Data
     transfer: TransferFunction
     gain: Interval
     disturbance: TransferFunction | None
@@ -85,7 +86,7 @@ def identify_direct(
     if integrators is None:
         integrators = 1 if channel is Channel.POSITION else 0
     if poles is None:
-        poles = range(1 + integrators, 5) if integrators else range(1, 7)
+        poles = range(1 + integrators, 4) if integrators else range(1, 7)
     grid = tuple((n, m) for n, m in orders(poles, zeros) if n >= max(integrators, 1))
     if not grid:
         raise IdentificationError(
@@ -113,6 +114,7 @@ def identify_direct(
         channel,
         Method.DIRECT,
         selection,
+        data,
         fitted.paths[0],
         fitted.gain(0),
         fitted.paths[1] if rest_pressure_pa is not None else None,
@@ -183,7 +185,7 @@ def identify_closed_loop(
     notes.append(f"static gain of the closed loop {static.value:.4f} (1 for an astatic path){doubt}")
     selection = choose((scored(fitted, data, 0),))
     return IdentifiedPath(
-        channel, Method.CLOSED_LOOP, selection, transfer, velocity_gain, None, scale, 0.0, notes=tuple(notes)
+        channel, Method.CLOSED_LOOP, selection, data, transfer, velocity_gain, None, scale, 0.0, notes=tuple(notes)
     )
 
 
