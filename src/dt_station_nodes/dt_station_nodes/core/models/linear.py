@@ -51,7 +51,7 @@ def coefficients(transfer: TransferFunction) -> tuple[Array, Array]:
 
 
 def discretise(transfer: TransferFunction, scale: float, step_s: float, outlet: Outlet = Outlet.SLOWEST) -> LinearPath:
-    """Exact zero-order-hold equivalent over `step_s` of the path times `scale`; its arrays are shared, never write them.
+    """Exact zero-order-hold equivalent over `step_s` of the path times `scale`; its arrays are shared: read only.
 
     Remembered: a fit asks for the same few paths thousands of times.
     """
@@ -115,7 +115,7 @@ def _discretised(
 
 
 def _injection(a: Array, c: Array, outlet: Outlet) -> tuple[Array, float, float]:
-    """Eigenvector of the outlet's real pole with unit readout, its rate of decay (1 / time) and the inlet's."""
+    """The outlet's real pole: eigenvector with unit readout, rate of decay (1 / time); the inlet's rate."""
     nothing = np.zeros(a.shape[0]), 0.0, 0.0
     values, vectors = np.linalg.eig(a)
     real = [i for i in range(values.size) if abs(values[i].imag) < 1e-9 * max(abs(values[i]), 1e-9)]

@@ -155,8 +155,8 @@ class ModelSpec(_Frozen):
         """The same model with an effect on a path; one of the same name is replaced where it stands."""
         new = EffectSpec(name=name, parameters=dict(parameters), at=at)
         old = self.paths[channel].effects
-        at = [effect.name for effect in old].index(name) if any(e.name == name for e in old) else len(old)
-        return self.with_path(channel, effects=(*old[:at], new, *old[at + 1 :]))
+        place = [effect.name for effect in old].index(name) if any(e.name == name for e in old) else len(old)
+        return self.with_path(channel, effects=(*old[:place], new, *old[place + 1 :]))
 
     def without_effect(self, channel: Channel, name: str) -> "ModelSpec":
         """The same model without the effects of that name on a path."""
