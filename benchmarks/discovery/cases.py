@@ -1,7 +1,7 @@
 """Which hidden cases a set holds, and how one is made."""
 
 import zlib
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -45,6 +45,8 @@ class Made:
     references: tuple[Drive, ...]
     noise: tuple[tuple[float, float], ...]
     visibility: tuple[float, float]
+    slots: tuple[Slot, ...]
+    nominals: Nominals
 
 
 def detrended(error: Array) -> Array:
@@ -100,7 +102,8 @@ def _attempt(case: Case, attempt: int) -> Made:
         hiss = sp * rng.standard_normal(len(quiet)), sx * rng.standard_normal(len(quiet))
         runs.append(simulate(d, tuple(slots), nominals, *hiss))
         noise.append((sp, sx))
-    return Made(case, tuple(runs), drives, tuple(noise), _visibility(drives[0], runs[0], tuple(slots), nominals))
+    seen = _visibility(drives[0], runs[0], tuple(slots), nominals)
+    return Made(case, tuple(runs), drives, tuple(noise), seen, tuple(slots), nominals)
 
 
 def _visibility(drive: Drive, rows: Array, slots: tuple[Slot, ...], nominals: Nominals) -> tuple[float, float]:
@@ -184,5 +187,6 @@ def truth_of(made: Made) -> dict[str, object]:
         "mismatch": list(case.mismatch),
         "seed": case.seed,
         "noise": [{"pressure_pa": 1e6 * p, "position_m": 0.01 * x} for p, x in made.noise],
+        "object": {"slots": [asdict(one) for one in made.slots], "nominals": asdict(made.nominals)},
         "visibility": dict(zip(CHANNELS, made.visibility, strict=True)),
     }
