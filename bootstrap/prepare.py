@@ -46,7 +46,8 @@ def prepare(world: World, outdated: Callable[[], list[Stage]], stamps: Stamps, p
 def make_ready(world: World, outdated: Callable[[], list[Stage]], stamps: Stamps, processes: Processes) -> None:
     """Run what is outdated, alone in this checkout. Raises PreparationError."""
     world.home.mkdir(parents=True, exist_ok=True)
-    with alone(world):
+    with alone(world) as lock:
+        processes.inherited = (lock,)  # should this process be killed, the lock is held until its commands have ended
         todo = outdated()  # another start may have done it while this one waited
         if todo:
             require_machine(world)
@@ -75,15 +76,15 @@ def _remember_python(world: World) -> None:
 
 
 @contextmanager
-def alone(world: World) -> Iterator[None]:
-    """Hold the checkout's lock; wait, and say so, while another start prepares."""
+def alone(world: World) -> Iterator[int]:
+    """Hold the checkout's lock, an open file; wait, and say so, while another start prepares."""
     with (world.state / "lock").open("w", encoding="utf-8") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             _say("another start is preparing this checkout; waiting for it.")
             fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
+        yield lock.fileno()
 
 
 def _terminate(number: int, frame: FrameType | None) -> NoReturn:

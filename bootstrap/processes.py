@@ -20,6 +20,7 @@ class Processes:
         self._running: set[subprocess.Popen[str]] = set()
         self._guard = threading.Lock()
         self._stopped = False
+        self.inherited: tuple[int, ...] = ()  # open files that the commands hold as well, such as a lock
 
     @property
     def stopped(self) -> bool:
@@ -49,6 +50,7 @@ class Processes:
                 env=dict(env),
                 cwd=cwd,
                 start_new_session=True,
+                pass_fds=self.inherited,
             )
             self._running.add(process)
         lines: list[str] = []
