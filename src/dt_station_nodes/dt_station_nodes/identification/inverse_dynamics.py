@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from scipy.signal import butter, decimate, filtfilt
+from scipy.signal import butter, filtfilt
 
 from ..core.channels import Channel
 from ..core.run import Array, Run
@@ -95,7 +95,9 @@ def regression(
 
     def thinned(values: Array) -> Array:
         inner = values[edge:-edge]
-        return np.asarray(decimate(inner, decimation, ftype="iir", zero_phase=True)) if decimation > 1 else inner
+        if decimation == 1:
+            return inner
+        return np.asarray(filtfilt(*butter(4, 0.8 / decimation), inner)[::decimation])
 
     return Regression(thinned(acceleration), thinned(velocity), thinned(np.sign(velocity)), thinned(force))
 
