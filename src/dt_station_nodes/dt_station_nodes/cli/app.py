@@ -15,7 +15,7 @@ from .common import Failure, console
 PROGRAM = "dt-station"
 
 
-class _Interrupted(Exception):
+class _InterruptError(Exception):
     """Ctrl-C inside a verb, kept apart from typer's own handling of it."""
 
 
@@ -75,7 +75,7 @@ def _interruptible(function: Callable[..., Any]) -> Callable[..., Any]:
         try:
             return function(*args, **kwargs)
         except KeyboardInterrupt as interrupt:
-            raise _Interrupted from interrupt
+            raise _InterruptError from interrupt
 
     return run
 
@@ -127,12 +127,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Failure as error:
         _complain(str(error))
         return 1
-    except (_Interrupted, KeyboardInterrupt):
+    except (_InterruptError, KeyboardInterrupt):
         _complain("interrupted")
         return 130
     except BrokenPipeError:
         # whoever read our output has gone; keep the interpreter's own flush from complaining about it
-        sys.stdout = None  # type: ignore[assignment]
+        sys.stdout = None
         return 1
     except OSError as error:
         if error.filename is None:

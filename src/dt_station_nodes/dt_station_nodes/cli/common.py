@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import math
-import os
 import shutil
 import sys
 import time
@@ -18,9 +17,28 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from ..core.errors import StationError
+from ..nodes.configuration import config_dir, find_config
 
 if TYPE_CHECKING:
     from ..core.models import ModelSpec
+
+__all__ = [
+    "Failure",
+    "ForceOption",
+    "JsonOption",
+    "OutOption",
+    "UserError",
+    "config_dir",
+    "console",
+    "emit_json",
+    "find_config",
+    "jsonable",
+    "leave",
+    "load_model",
+    "output_dir",
+    "progress",
+    "version",
+]
 
 console = Console(stderr=True, highlight=False)
 """Everything for people goes here (standard error); standard output is for results."""
@@ -38,7 +56,7 @@ class UserError(StationError):
     """Bad input: one sentence that says what to do. Exit status 2."""
 
 
-class Failure(Exception):
+class Failure(Exception):  # noqa: N818 - a verb's outcome more than an error
     """The verb understood the input but failed; one sentence. Exit status 1."""
 
 
@@ -118,41 +136,6 @@ def _fresh(verb: str) -> Path:
         number += 1
         folder = Path("runs") / f"{stem}-{number}"
     return folder
-
-
-def config_dir() -> Path:
-    """The folder of configuration values: $DT_STATION_CONFIG, the installed share, or the checkout's."""
-    named = os.environ.get("DT_STATION_CONFIG")
-    if named:
-        folder = Path(named)
-        if not folder.is_dir():
-            raise UserError(f"DT_STATION_CONFIG names {named}, which is not a folder.")
-        return folder
-    for parent in Path(__file__).resolve().parents:
-        if (parent / "config" / "models").is_dir():
-            return parent / "config"
-    try:
-        from ament_index_python.packages import get_package_share_directory
-
-        installed = Path(get_package_share_directory("dt_station_nodes")) / "config"
-        if installed.is_dir():
-            return installed
-    except (ImportError, LookupError):
-        pass
-    raise UserError("no configuration folder found; set DT_STATION_CONFIG to the checkout's config folder.")
-
-
-def find_config(kind: str, name: str | Path) -> Path:
-    """A configuration file by path, or by name among config/<kind>/*.yaml. Raises UserError."""
-    path = Path(name)
-    if path.is_file():
-        return path
-    folder = config_dir() / kind
-    inside = folder / (path.name if path.suffix in (".yaml", ".yml") else f"{path.name}.yaml")
-    if path.parent == Path(".") and inside.is_file():
-        return inside
-    known = ", ".join(sorted(file.stem for file in folder.glob("*.yaml"))) or "none"
-    raise UserError(f"there is no file {name} and no {name} in {folder} (there: {known}).")
 
 
 def load_model(path_or_name: str | Path) -> "tuple[ModelSpec, str]":

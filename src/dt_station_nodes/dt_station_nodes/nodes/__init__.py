@@ -1,0 +1,1 @@
+"""The ROS 2 nodes, one thin file each; the logic is in core."""

@@ -1,0 +1,28 @@
+"""The quality of service of every topic, by name."""
+
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+
+def _reliable(depth: int, durability: DurabilityPolicy = DurabilityPolicy.VOLATILE) -> QoSProfile:
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=ReliabilityPolicy.RELIABLE, durability=durability
+    )
+
+
+# Samples, commands, residuals: none may be lost; the depth is a reader's longest pause in samples.
+STREAM = _reliable(200)
+
+# Writers of set-points keep the last few for readers that ask for history; our readers do not ask, so that
+# publishers without history match them too.
+SETPOINT_WRITER = _reliable(10, DurabilityPolicy.TRANSIENT_LOCAL)
+SETPOINT_READER = _reliable(200)
+
+# Waveforms from `ros2 topic pub`, `dt-station set` or any other default publisher.
+WAVEFORM = _reliable(10)
+
+# The last value for whoever comes late: the twin's model, the shadow's summary.
+LATCHED = _reliable(1, DurabilityPolicy.TRANSIENT_LOCAL)
+
+# Volatile readers match it; ours see the last report of a node that has ended its run.
+DIAGNOSTICS_WRITER = _reliable(10, DurabilityPolicy.TRANSIENT_LOCAL)
+DIAGNOSTICS_READER = _reliable(100)

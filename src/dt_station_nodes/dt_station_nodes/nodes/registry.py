@@ -1,0 +1,80 @@
+"""The executables, and who reads and writes which topic: what readiness and supervision are computed from."""
+
+import importlib
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from ..core.errors import StationError
+
+NODES = (
+    "daq_bridge",
+    "load_generator",
+    "pressure_controller",
+    "position_controller",
+    "twin_simulator",
+    "shadow_compare",
+    "recorder",
+    "replayer",
+    "panel",
+)
+
+# those that take the scenario's sample time
+TIMED = frozenset(NODES) - {"recorder", "replayer", "panel"}
+
+
+class UnknownNodeError(StationError):
+    """A node that this package does not have."""
+
+
+def entry(executable: str) -> Callable[[Sequence[str] | None], int]:
+    """`main` of an executable. Raises UnknownNodeError."""
+    if executable not in NODES:
+        raise UnknownNodeError(f"there is no node {executable!r}; there are {', '.join(NODES)}.")
+    package = __package__ if executable != "panel" else __package__.replace(".nodes", ".panel")
+    name = f"{package}.{executable}" if executable != "panel" else f"{package}.node"
+    try:
+        module = importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and error.name.startswith(package):
+            raise UnknownNodeError(f"the node {executable} is not part of this installation.") from None
+        raise
+    return module.main
+
+
+def writes(executable: str, parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    """Topics of the samples' way that a node writes and may wait for readers of."""
+    if executable == "load_generator":
+        return (f"{parameters.get('channel', 'load')}/setpoint",)
+    return {
+        "daq_bridge": ("object/state",),
+        "pressure_controller": ("load/command",),
+        "position_controller": ("position/command",),
+        "twin_simulator": ("twin/state",),
+        "shadow_compare": ("shadow/residual",),
+    }.get(executable, ())
+
+
+def reads(executable: str, parameters: Mapping[str, Any]) -> tuple[str, ...]:
+    """Topics of the samples' way that a node reads."""
+    if executable == "twin_simulator" and parameters.get("feed", "commands") == "setpoints":
+        return ("object/state", "load/setpoint", "position/setpoint")
+    if executable == "daq_bridge":
+        follows = {"twin": "twin/state", "shadow": "shadow/residual"}
+        followed = [follows[name] for name in parameters.get("followers", ()) if name in follows]
+        return ("load/command", "position/command", *followed)
+    return {
+        "load_generator": ("object/state",),
+        "pressure_controller": ("object/state", "load/setpoint"),
+        "position_controller": ("object/state", "position/setpoint"),
+        "twin_simulator": ("object/state",),
+        "shadow_compare": ("object/state", "twin/state"),
+        "recorder": (
+            "object/state",
+            "load/setpoint",
+            "position/setpoint",
+            "load/command",
+            "position/command",
+            "twin/state",
+            "shadow/residual",
+        ),
+    }.get(executable, ())
