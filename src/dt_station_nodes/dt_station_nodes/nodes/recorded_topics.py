@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from ..records.bagwriter import RecordedTopic
 from ..records.definitions import installed_definition, type_hash
@@ -76,3 +76,19 @@ def _profile(profile: QoSProfile) -> dict[str, Any]:
 def _time(duration: Any) -> dict[str, int]:
     seconds, nanoseconds = divmod(duration.nanoseconds, _NANO)
     return {"sec": seconds, "nsec": nanoseconds}
+
+
+def writer_qos(text: str) -> QoSProfile:
+    """Quality of service to publish a recorded topic with: reliable, and latched where its writers latched."""
+    latched = "durability: transient_local" in text or "durability: 1" in text
+    durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST, depth=200, reliability=ReliabilityPolicy.RELIABLE, durability=durability
+    )
+
+
+def deepened(qos: QoSProfile, depth: int) -> QoSProfile:
+    """The same quality of service with room for more messages."""
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=qos.reliability, durability=qos.durability
+    )

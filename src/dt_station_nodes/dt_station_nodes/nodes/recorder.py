@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import yaml
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -19,7 +20,8 @@ from .diagnostics import Diagnostics, Health, Level
 from .parameter_snapshot import ParameterSnapshot
 from .parameters import Parameter, ParameterError, ParameterSet
 from .qos import DIAGNOSTICS_READER, LATCHED, SETPOINT_READER, STREAM, WAVEFORM
-from .recorded_topics import TopicSlot, message_class
+from .recorded_topics import TopicSlot, deepened, message_class
+from .referenced_files import referenced_files
 from .spinning import run_node
 
 NAME = "recorder"
@@ -52,6 +54,8 @@ TABLE = (
     Parameter("exit_at_end", False, "end the process once the run has ended and all is quiet", fixed=True),
 )
 _QUIET_S = 0.5
+# a busy machine may keep this process waiting for seconds while the graph runs ten times as fast as the object
+DEPTH = 5000
 
 
 class Recorder:
@@ -81,6 +85,7 @@ class Recorder:
             self._writer.attach(name, "application/octet-stream", data, self._now())
         self._exit, self._ended, self._heard = values["exit_at_end"], False, time.monotonic()
         self._slots: list[TopicSlot] = []
+        self._attached: set[str] = set()
         self._pending: list[str] = []
         for name in chosen:
             if name in TOPICS:
@@ -105,7 +110,9 @@ class Recorder:
         slot = TopicSlot(self._node.resolve_topic_name(name), msgtype)
         self._slots.append(slot)
         callback = self._take_state if name == STATE else self._take
-        self._node.create_subscription(message_class(msgtype), name, partial(callback, slot), qos, raw=True)
+        self._node.create_subscription(
+            message_class(msgtype), name, partial(callback, slot), deepened(qos, DEPTH), raw=True
+        )
 
     def _take(self, slot: TopicSlot, data: bytes) -> None:
         now = self._now()
@@ -131,8 +138,12 @@ class Recorder:
         if self._ended and time.monotonic() - self._heard > _QUIET_S:
             self._node.context.try_shutdown()
 
-    def _attach_parameters(self, name: str, text: str) -> None:
-        self._writer.attach(f"parameters/{name}.yaml", "application/yaml", text.encode(), self._now())
+    def _attach_parameters(self, name: str, values: Mapping[str, Any]) -> None:
+        text = yaml.safe_dump(dict(values), sort_keys=False, allow_unicode=True)
+        for path, data in {f"parameters/{name}.yaml": text.encode(), **referenced_files(values)}.items():
+            if path not in self._attached:
+                self._attached.add(path)
+                self._writer.attach(path, "application/yaml", data, self._now())
 
     def _health(self) -> Health:
         status = self._writer.status()

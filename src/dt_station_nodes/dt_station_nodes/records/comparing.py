@@ -14,8 +14,6 @@ from .bag import Bag
 from .bagrun import STATE, TWIN, common_samples, plant_states, window
 from .errors import RecordError
 
-_REFINE = 3
-
 
 @dataclass(frozen=True, slots=True)
 class Gap:
@@ -133,12 +131,12 @@ def best_delay(first: Array, second: Array, longest: int) -> float:
     best = int(np.argmin(squares))
     if squares[best] >= squares[longest]:
         return 0.0
-    if 0 < best < len(shifts) - 1:
-        left, middle, right = squares[best - 1 : best + _REFINE - 1]
-        bend = left - 2.0 * middle + right
-        if bend > 0.0:
-            return float(shifts[best] + 0.5 * (left - right) / bend)
-    return float(shifts[best])
+    if best in (0, len(shifts) - 1):
+        # the least residual at the edge of the search is no delay
+        return 0.0
+    left, middle, right = squares[best - 1 : best + 2]
+    bend = left - 2.0 * middle + right
+    return float(shifts[best] + (0.5 * (left - right) / bend if bend > 0.0 else 0.0))
 
 
 def _mean_square(first: Array, second: Array, shift: int) -> float:

@@ -40,6 +40,7 @@ class WriterThread:
         self._stop = threading.Event()
         self._slowest = self._latest = 0.0
         self._info: BagInfo | None = None
+        self._fault = ""
         self._thread = threading.Thread(target=self._run, name="bag writer", daemon=True)
 
     def start(self) -> None:
@@ -73,7 +74,7 @@ class WriterThread:
 
     def status(self) -> WriterStatus:
         """The state now."""
-        problem = self._writer.problem
+        problem = self._fault or self._writer.problem
         if not problem and self._latest > _SLOW_S:
             problem = f"the disk is slow: the last write took {self._latest:.1f} s"
         return WriterStatus(
@@ -93,11 +94,16 @@ class WriterThread:
         return self._info
 
     def _run(self) -> None:
-        while not self._stop.wait(_POLL_S):
+        try:
+            while not self._stop.wait(_POLL_S):
+                self._drain()
             self._drain()
-        self._drain()
-        self._note_losses()
-        self._info = self._writer.close()
+            self._note_losses()
+            self._info = self._writer.close()
+        except Exception as error:
+            # nobody waits for this thread: what ended it must be seen where its figures are
+            self._fault = f"the bag writer failed: {type(error).__name__}: {error}"
+            raise
 
     def _drain(self) -> None:
         count = 0
@@ -121,5 +127,6 @@ class WriterThread:
         self._slowest = max(self._slowest, self._latest)
 
     def _note_losses(self) -> None:
-        for loss, counter, dropped in zip(self._writer.loss, self._counters, self._dropped, strict=True):
+        # topics still in the queue are not known to the writer yet
+        for loss, counter, dropped in zip(self._writer.loss, self._counters, self._dropped, strict=False):
             loss.received, loss.lost, loss.dropped = counter.received, counter.lost, dropped
