@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from .experiments import SHAPES, make_drive, styles
-from .library import CHANNELS, OUTSIDE_ON, POSITION, PRESSURE, SINGLES, Scale, slot
+from .library import CHANNELS, OUTSIDE_ON, POSITION, PRESSURE, SINGLES, THIRD_ON, Scale, slot
 from .plant import Array, Drive, Nominals, Slot, simulate
 
 SENSOR_FLOOR = (0.0005, 0.0005)  # MPa and cm: what a held quantity still shows
@@ -128,7 +128,7 @@ def case_list(which: str, seed: int) -> list[Case]:
 
     out: list[Case] = []
     forms = [(n, c, fam) for n, c in SINGLES for fam in FAMILIES]
-    forms += [("hysteresis", c, "third") for c in (0, 1)] + [("hysteresis_mixed", c, "third") for c in (0, 1)]
+    forms += [(n, c, "third") for n, c in THIRD_ON]
     if which == "full":
         levels, noises, shapes, seeds = (0, 1, 2), (None, 40.0, 30.0), SHAPES, 2
     elif which == "standard":

@@ -19,7 +19,8 @@ DEAD_SHARP, DEAD_ROUND, SAT_SHARP, SAT_SMOOTH, PLAY_IN, PLAYS_IN, BOUC_WEN = 1, 
 DELAY, DELAY_FLOW, RATE_HARD, RATE_SOFT, GAIN_LOAD, GAIN_LOAD_ROOT = 8, 9, 10, 11, 12, 13
 GAIN_SIDE, GAIN_SIDE_SOFT, BIAS, BIAS_WARM, LAG, LAG_TWO, MODE_SERIES, MODE_PARALLEL = 14, 15, 16, 17, 18, 19, 20, 21
 DRIFT, DRIFT_WARM, RIPPLE, RIPPLE_RICH, MEMORY, CROSS, STROKE, DROPOUT = 22, 23, 24, 25, 26, 27, 28, 29
-COULOMB, LUGRE, LEAK, LEAK_ROOT, CUBIC, HARDENING, QUADRATIC = 50, 51, 52, 53, 54, 55, 56
+DEAD_JUMP = 30
+COULOMB, LUGRE, LEAK, LEAK_ROOT, CUBIC, HARDENING, QUADRATIC, LEAK_SAG = 50, 51, 52, 53, 54, 55, 56, 57
 PLAY_OUT, PLAY_OUT_SOFT, CLAMP, CLAMP_SOFT, RIPPLE_OUT, FROZEN, AIR = 70, 71, 72, 73, 74, 75, 76
 
 
@@ -51,6 +52,8 @@ def at_voltage(
     if code == DEAD_ROUND:
         r = b * a
         return r * (_softplus((u - a) / r) - _softplus((-u - a) / r))
+    if code == DEAD_JUMP:
+        return u if abs(u) > a else 0.0
     if code == SAT_SHARP:
         return min(max(u, -a), a)
     if code == SAT_SMOOTH:
@@ -150,6 +153,8 @@ def speed_loss(
         return a * p
     if code == LEAK_ROOT:
         return a * math.copysign(math.sqrt(abs(p)), p)
+    if code == LEAK_SAG:
+        return a * (x - b)
     if code == CUBIC:
         return a * (x - b) ** 3
     if code == HARDENING:

@@ -26,6 +26,7 @@ class Scale:
     middle: float
     seconds: float
     smooth: bool
+    on_pressure: bool
 
     @classmethod
     def of(cls, rows: Array, channel: int, smooth: bool) -> "Scale":
@@ -40,6 +41,7 @@ class Scale:
             middle=float(np.mean(x)),
             seconds=len(u) * SAMPLE_S,
             smooth=smooth,
+            on_pressure=channel == 0,
         )
 
 
@@ -112,11 +114,18 @@ OTHER: dict[str, Builder] = {
         f.CLAMP_SOFT, (s.middle + s.travel * _pick(i, 0.95, 0.75, 0.4), 0.0, 0.03 * s.travel)),
 }  # fmt: skip
 
-# A third form of some, where the trade disagrees on what the word means.
+# Further forms of some, where the trade disagrees on what the word means.
 THIRD: dict[str, Builder] = {
     "hysteresis": lambda r, i, s: (f.PLAY_IN, (s.voltage * _pick(i, 0.04, 0.1, 0.25),)),
     "hysteresis_mixed": lambda r, i, s: (f.PLAYS_IN, (s.voltage * _pick(i, 0.06, 0.18, 0.45), r.uniform(0.5, 0.8))),
-}
+    "dead_zone": lambda r, i, s: (f.DEAD_JUMP, (s.voltage * _pick(i, 0.1, 0.25, 0.5),)),
+    "leakage": lambda r, i, s: (f.LEAK_SAG, (s.speed * _pick(i, 0.04, 0.12, 0.35) / s.travel, 0.0)),
+    "cubic_stiffness": lambda r, i, s: (
+        f.CUBIC, (s.speed * _pick(i, 0.06, 0.2, 0.6) / (s.travel + abs(s.middle)) ** 3, 0.0)),
+    "periodic_disturbance": lambda r, i, s: (
+        f.RIPPLE_OUT,
+        ((s.pressure if s.on_pressure else s.travel) * _pick(i, 0.015, 0.04, 0.12), *_ripple(r, i, s)[1:])),
+}  # fmt: skip
 
 OUTSIDE: dict[str, Builder] = {
     "memory": lambda r, i, s: (f.MEMORY, (_pick(i, 0.1, 0.25, 0.45), r.uniform(1.5, 4.0), s.voltage)),
@@ -138,6 +147,12 @@ SINGLES: tuple[tuple[str, int], ...] = (
     *((name, channel) for name in BOTH for channel in (PRESSURE, POSITION)),
     *((name, POSITION) for name in POSITION_ONLY),
 )
+ANYWHERE = ("hysteresis", "hysteresis_mixed", "dead_zone", "periodic_disturbance")
+THIRD_ON: tuple[tuple[str, int], ...] = (
+    *((name, channel) for name in ANYWHERE for channel in (PRESSURE, POSITION)),
+    ("leakage", POSITION),
+    ("cubic_stiffness", POSITION),
+)  # fmt: skip
 OUTSIDE_ON: tuple[tuple[str, int], ...] = (
     ("memory", PRESSURE), ("memory", POSITION), ("cross_coupling", PRESSURE), ("stroke_dependent_gain", POSITION),
     ("trapped_air", PRESSURE), ("frozen_sensor", PRESSURE), ("frozen_sensor", POSITION),
