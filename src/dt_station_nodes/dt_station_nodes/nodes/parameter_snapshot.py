@@ -22,8 +22,8 @@ class _Inquiry:
     lister: Any
     getter: Any
     asked: float = 0.0
-    open: int = 0
     done: bool = False
+    left: list[str] = field(default_factory=list)
     found: dict[str, Any] = field(default_factory=dict)
 
 
@@ -73,12 +73,12 @@ class ParameterSnapshot:
             python = parameter_value_to_python(value)
             inquiry.found[key] = list(python) if hasattr(python, "tolist") else python
         if len(values) < len(names) and len(names) > 1:
-            # one parameter without a value spoils the answer for all: ask for each
-            inquiry.open = len(names)
-            for single in names:
-                self._ask(name, inquiry, [single])
-            return
-        inquiry.open -= 1
-        if inquiry.open <= 0:
+            # one parameter without a value spoils the answer for all: ask for each, in turn, since a client
+            # keeps no more than ten answers
+            inquiry.left = names[1:]
+            self._ask(name, inquiry, names[:1])
+        elif inquiry.left:
+            self._ask(name, inquiry, [inquiry.left.pop(0)])
+        else:
             inquiry.done = True
             self._keep(name, dict(sorted(inquiry.found.items())))
