@@ -68,7 +68,7 @@ class PiConfig(_Frozen):
     )
 
     def coefficients(self, sample_time_s: float) -> tuple[float, float]:
-        """a and b of the difference form (V per unit of x)."""
+        """The a and b of the difference form (V per unit of x)."""
         return self.gain, self.gain - self.gain * sample_time_s / self.integral_time_s
 
 

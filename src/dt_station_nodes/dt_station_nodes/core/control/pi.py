@@ -35,7 +35,7 @@ class PiLaw:
         return PiMemory()
 
     def step(self, memory: PiMemory, given: ControlInput) -> tuple[PiMemory, float]:
-        """One sample. The last term is 0 unless the set-point is weighted: then only the proportional part sees it so."""
+        """One sample. The last term is 0 unless the set-point is weighted, which only the proportional part sees."""
         error = (given.setpoint - given.measurement) * self._scale
         weighted = (self._weight * given.setpoint - given.measurement) * self._scale
         voltage = (

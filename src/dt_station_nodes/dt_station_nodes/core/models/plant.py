@@ -81,6 +81,10 @@ class PlantModel:
                 values[path.state_at : path.state_at + states.size] = states
         return ModelState(_frozen(values))
 
+    def output(self, state: ModelState) -> ModelOutput:
+        """What the sensors say at a state; the same as `step` says, without a step."""
+        return ModelOutput(float(state.values[1]) + self._pressure.rest, float(state.values[2]) + self._position.rest)
+
     def step(self, state: ModelState, given: ModelInput) -> tuple[ModelState, ModelOutput]:
         """One sample: the output at it and the state at the next, after `given` acted for one sample time."""
         measured = _EMPTY if given.pressure_pa is None else np.array([given.pressure_pa], dtype=np.float64)
