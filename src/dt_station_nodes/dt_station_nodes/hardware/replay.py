@@ -1,5 +1,7 @@
 """Measured data as an object: the sensors say what they said then, whatever is asked of the valves."""
 
+import math
+
 from ..core.run import Run
 from .backend import Applied, Reading
 
@@ -7,16 +9,17 @@ from .backend import Applied, Reading
 class ReplayBackend:
     """A run behind the backend's door: row k is sample k, and the last row ends it.
 
-    A signal that the run did not measure reads 0 throughout: a channel without data stands still.
+    A quantity that the run did not measure reads not-a-number, which the graph takes as an absent channel; a
+    voltage that it did not record was 0.
     """
 
     def __init__(self, run: Run) -> None:
         """Take the columns (SI, or the units the run states)."""
         self._run = run
-        zero = [0.0] * len(run)
+        absent = {"position_m": math.nan, "pressure_pa": math.nan, "load_voltage_v": 0.0, "servo_voltage_v": 0.0}
         self._columns = [
-            zero if (column := run.get(name)) is None else column.tolist()
-            for name in ("position_m", "pressure_pa", "load_voltage_v", "servo_voltage_v")
+            [value] * len(run) if (column := run.get(name)) is None else column.tolist()
+            for name, value in absent.items()
         ]
         self._row = 0
 
