@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
+from . import debian
 from .errors import PreparationError
 from .world import World
 
@@ -47,7 +48,7 @@ def require_machine(world: World) -> None:
     if compiler_missing():
         missing.append("a C and C++ compiler")
         packages.append("g++")
-    if not (Path(world.python_include()) / "Python.h").is_file():
+    if not world.has_headers() and not debian.obtainable():
         missing.append(f"the headers of Python {world.version[0]}.{world.version[1]}")
         packages.append("python3-dev" if _is_system(world.python) else f"the development files of {world.python}")
     if missing:

@@ -6,6 +6,7 @@ import sysconfig
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from . import debian
 from .checks import usable_cmake
 from .corrections import correct_prefix
 from .errors import PreparationError
@@ -57,13 +58,15 @@ class Installer:
         lock = self.world.root / "bootstrap" / "uv.lock"
         try:
             options = ["--quiet", "--require-hashes", "--only-binary=:all:", "--target", str(target), "-r", str(lock)]
-            self.processes.run([*self._pip(), "install", *options], self._log("uv"), self.env, show)
+            self.processes.run([*self._pip(show), "install", *options], self._log("uv"), self.env, show)
         except PreparationError:
+            if self.processes.stopped:
+                raise
             shutil.rmtree(target, ignore_errors=True)
             show("no uv here; pip takes its place")
 
-    def _pip(self) -> list[str]:
-        """Return the command of some pip: the interpreter's own, or the one inside a wheel for ensurepip."""
+    def _pip(self, show: Show) -> list[str]:
+        """Return the command of some pip: the interpreter's own, the one inside ensurepip's wheel, or Debian's."""
         python = str(self.world.python)
         own = subprocess.run([python, "-m", "pip", "--version"], capture_output=True, env=self.env, check=False)
         if own.returncode == 0:
@@ -72,10 +75,7 @@ class Installer:
         wheels = [*bundled.glob("pip-*.whl"), *Path("/usr/share/python-wheels").glob("pip-*.whl")]
         if wheels:
             return [python, f"{wheels[0]}/pip"]
-        raise PreparationError(
-            f"{python} has neither pip nor ensurepip; on Debian or Ubuntu: sudo apt install python3-venv, "
-            "then start again."
-        )
+        return [python, f"{debian.fetch_pip(self.world, self.processes, self.env, show)}/pip"]
 
     def make_venv(self, show: Show) -> None:
         """Make the virtual environment anew."""
@@ -124,7 +124,7 @@ class Installer:
         only_pip = self.world.home / "pip.lock"
         only_pip.write_text(select(lock, lambda name: name == "pip"), encoding="utf-8")
         target = ["--upgrade", "--target", str(self.world.site_packages)]
-        fetch = [*self._pip(), "install", "--quiet", "--require-hashes", *target, "-r", str(only_pip)]
+        fetch = [*self._pip(show), "install", "--quiet", "--require-hashes", *target, "-r", str(only_pip)]
         self.processes.run(fetch, self._log("pip"), self.env, show)
         python = str(self.world.venv_python)
         self.processes.run([python, "-m", "pip", "install", *common], self._log(stage), self.env, show)

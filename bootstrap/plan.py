@@ -3,8 +3,10 @@
 import shutil
 import sys
 from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 
+from . import debian
 from .errors import PreparationError
 from .installer import Installer, Show
 from .processes import Processes
@@ -49,6 +51,9 @@ class Workspace:
         colcon = own if own.is_file() else shutil.which("colcon")
         if colcon is None:
             raise PreparationError("colcon is missing; install with: sudo apt install python3-colcon-common-extensions")
+        if not self.world.machine_has_headers():  # Debian keeps pyconfig.h in a folder beside
+            for name in ("CFLAGS", "CXXFLAGS"):
+                env[name] = f"{env.get(name, '')} -idirafter {self.world.own_headers / 'usr' / 'include'}"
         generator = ["-G", "Ninja"] if shutil.which("ninja", path=env["PATH"]) else []
         world = self.world
         command = [
@@ -57,7 +62,8 @@ class Workspace:
             *("--build-base", str(world.build), "--install-base", str(world.install)),
             *("--event-handlers", "console_direct+", "console_start_end-"),
             *("--cmake-args", "-DCMAKE_BUILD_TYPE=Release", "-DBUILD_TESTING=OFF", *generator),
-            *(f"-DPython3_EXECUTABLE={world.venv_python}", "-DPython3_FIND_VIRTUALENV=ONLY", "--no-warn-unused-cli"),
+            *(f"-DPython3_EXECUTABLE={world.venv_python}", "-DPython3_FIND_VIRTUALENV=ONLY"),
+            *(f"-DPython3_INCLUDE_DIR={world.python_include()}", "--no-warn-unused-cli"),
         ]
         self.processes.run(command, self.world.logs / f"{package}.log", env, show, cwd=self.world.home)
 
@@ -92,10 +98,15 @@ def plan(world: World, processes: Processes, environment: Mapping[str, str]) -> 
     shared = [path for folder in (nodes / "launch", world.root / "config") for path in _files(folder)]
     layout = digest(messages, files_digest(nodes, manifest), *sorted(map(str, shared)))
     kernels = files_digest(nodes, (nodes / "dt_station_nodes" / "core" / "models").rglob("*.py"))
+    headers_stages = []
+    if not world.machine_has_headers():
+        action = partial(debian.fetch_headers, world, processes, environment)
+        headers_stages.append(Stage("headers", "fetch Python's headers", base, action))
     return [
+        *headers_stages,
         Stage("uv", "fetch the installer", uv, installer.fetch_uv),
         Stage("venv", "make the virtual environment", base, installer.make_venv),
-        Stage("tools", "install the build tools", packages, installer.install_build_tools, ("uv", "venv")),
+        Stage("tools", "install the build tools", packages, installer.install_build_tools, ("uv", "venv", "headers")),
         Stage("packages", "install the packages", packages, installer.install_packages, ("tools",)),
         Stage("messages", "build the messages", messages, workspace.build_messages, ("tools",)),
         Stage("nodes", "link the nodes", layout, workspace.build_nodes, ("messages",)),

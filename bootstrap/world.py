@@ -79,9 +79,24 @@ class World:
         """What a shell sources to work in this world."""
         return self.state / (f"setup-{self.ros}.sh" if self.ros else "setup.sh")
 
+    @property
+    def own_headers(self) -> Path:
+        """Where a Debian package with Python's headers is unpacked, if the machine has none."""
+        return self.home / "headers"
+
+    def machine_has_headers(self) -> bool:
+        """Whether Python.h is where the interpreter says."""
+        return (Path(sysconfig.get_paths()["include"]) / "Python.h").is_file()
+
+    def has_headers(self) -> bool:
+        """Whether there is a Python.h to compile with."""
+        return (Path(self.python_include()) / "Python.h").is_file()
+
     def python_include(self) -> str:
         """The folder of Python.h."""
-        return sysconfig.get_paths()["include"]
+        if self.machine_has_headers():
+            return sysconfig.get_paths()["include"]
+        return str(self.own_headers / "usr" / "include" / f"python{self.version[0]}.{self.version[1]}")
 
 
 def sourced_ros(environment: Mapping[str, str], state: Path) -> tuple[str | None, tuple[Path, ...]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from bootstrap import checks, prepare
+from bootstrap import checks, debian, prepare
 from bootstrap.corrections import correct_prefix, corrected
 from bootstrap.errors import PreparationError
 from bootstrap.processes import Processes
@@ -83,8 +83,9 @@ def test_a_missing_compiler_is_one_sentence_with_the_command(world, monkeypatch)
         checks.require_machine(world)
 
 
-def test_missing_headers_are_one_sentence(world, monkeypatch, tmp_path):
-    monkeypatch.setattr(World, "python_include", lambda self: str(tmp_path))
+def test_missing_headers_are_one_sentence(world, monkeypatch):
+    monkeypatch.setattr(World, "machine_has_headers", lambda self: False)
+    monkeypatch.setattr(debian, "obtainable", lambda: False)
     with pytest.raises(PreparationError, match="lacks the headers of Python 3"):
         checks.require_machine(world)
 
