@@ -117,7 +117,7 @@ def _visibility(drive: Drive, rows: Array, slots: tuple[Slot, ...], nominals: No
 
 
 def case_list(which: str, seed: int) -> list[Case]:
-    """Cases of a set: smoke (about 90), standard (about 650), full (the product, about 4000)."""
+    """Cases of a set: smoke (about 100), standard (about 800), full (the product, about 5000), nulls (200 and 40)."""
     rng = np.random.default_rng(seed)
 
     def shape() -> str:
@@ -126,6 +126,11 @@ def case_list(which: str, seed: int) -> list[Case]:
     def number() -> int:
         return int(rng.integers(1 << 31))
 
+    levels_db = (40.0, 30.0, None)
+    off = ((0.02, 0.04), (0.08, 0.15))
+    if which == "nulls":
+        out = [Case("null", SHAPES[i % 4], levels_db[i % 3], number()) for i in range(200)]
+        return out + [Case("mismatch", SHAPES[i % 4], levels_db[i % 3], number(), (), off[i % 2]) for i in range(40)]
     out: list[Case] = []
     forms = [(n, c, fam) for n, c in SINGLES for fam in FAMILIES]
     forms += [(n, c, "third") for n, c in THIRD_ON]
@@ -153,9 +158,7 @@ def case_list(which: str, seed: int) -> list[Case]:
             Case("single_mismatch", shape(), 40.0, number(), ((n, c, fam, int(rng.integers(3))),), (0.02, 0.04))
             for n, c, fam in forms
         ]
-    levels_db = (40.0, 30.0, None)
     out += [Case("null", shape(), levels_db[i % 3], number()) for i in range(12 * size + 8 * (size == 16))]
-    off = ((0.02, 0.04), (0.08, 0.15))
     out += [Case("mismatch", shape(), levels_db[i % 2], number(), (), off[i // 2 % 2]) for i in range(4 * size)]
     out += [
         Case("outside", shape(), levels_db[i % 2], number(), ((n, c, "outside", int(rng.integers(3))),))

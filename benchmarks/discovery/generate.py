@@ -25,6 +25,7 @@ class Set(str, Enum):
     SMOKE = "smoke"
     STANDARD = "standard"
     FULL = "full"
+    NULLS = "nulls"
 
 
 def table(rows: Array, drive: Drive) -> Array:
