@@ -55,7 +55,7 @@ class Replayer:
         self._topics = self._choose()
         self._pace = Pace(values["rate"], values["paused"])
         self._steps, self.ended, self.played, self._late_follows = 0, False, 0, 0
-        self._last_due = self._waiting_for = 0
+        self._last_due, self._waiting_for = 0, -1
         self._base: int | None = None
         self._answered = dict.fromkeys(values["followers"], -1)
         self._deadline_ns: int | None = None
@@ -128,7 +128,7 @@ class Replayer:
 
     def _held(self) -> bool:
         """Whether the next sample has to wait for an answer to the last one; what is not a sample need not."""
-        if self._next is None or not self._next.is_state or not self.played:
+        if self._next is None or not self._next.is_state:
             return False
         return any(number < self._waiting_for for number in self._answered.values())
 

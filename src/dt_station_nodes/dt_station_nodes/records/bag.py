@@ -104,8 +104,22 @@ class Bag:
         return dict(self._storage.metadata)
 
     def attachments(self) -> dict[str, bytes]:
-        """Files kept in the bag, by name."""
+        """Files kept in the bag, by name; the first of a name wins."""
+        return {name: data for name, (_, data) in self._storage.attachments().items()}
+
+    def attachment_records(self) -> dict[str, tuple[int, bytes]]:
+        """Files kept in the bag with the log time (ns) at which they were put there."""
         return self._storage.attachments()
+
+    def deserialize(self, message: RecordedMessage) -> object:
+        """One message as an object of the rosbags library; raises RecordError where it does not fit its definition."""
+        msgtype = self.topics[message.topic].info.msgtype
+        try:
+            return self.store.deserialize_cdr(message.data, msgtype)
+        except Exception:  # the library's errors have no common root
+            raise RecordError(
+                f"{self.path}: a message on {message.topic} does not fit the definition of {msgtype}"
+            ) from None
 
     @cached_property
     def store(self) -> Typestore:

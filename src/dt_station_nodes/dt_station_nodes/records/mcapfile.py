@@ -164,15 +164,15 @@ class McapFile:
             elif place.opcode in (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA):
                 self._keep(place)
 
-    def attachments(self) -> dict[str, bytes]:
-        """Files in the bag by name."""
-        found = {}
+    def attachments(self) -> dict[str, tuple[int, bytes]]:
+        """Files in the bag by name, with log time (ns); the first of a name wins."""
+        found: dict[str, tuple[int, bytes]] = {}
         for place in self._attachment_places():
             data = content(self._file, place)
             attachment = parse(Attachment.read, data)
             if zlib.crc32(data[:-4]) != int.from_bytes(data[-4:], "little"):
                 raise RecordError(f"{self.path}: the attachment {attachment.name!r} fails its checksum")
-            found[attachment.name] = attachment.data
+            found.setdefault(attachment.name, (attachment.log_time, attachment.data))
         return found
 
     def _attachment_places(self) -> Iterator[Place]:

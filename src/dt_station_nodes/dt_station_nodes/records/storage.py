@@ -31,8 +31,8 @@ class Storage(Protocol):
     topics: tuple[StoredTopic, ...]
     metadata: Sequence[tuple[str, Mapping[str, str]]]
 
-    def attachments(self) -> dict[str, bytes]:
-        """Files kept in the bag."""
+    def attachments(self) -> dict[str, tuple[int, bytes]]:
+        """Files kept in the bag: log time (ns) and content."""
         ...
 
     def blocks(self, topics: set[int], start_ns: int | None, stop_ns: int | None) -> Iterator[Block]:
@@ -93,11 +93,11 @@ class McapStorage:
         topics.append(stored)
         return len(topics) - 1
 
-    def attachments(self) -> dict[str, bytes]:
-        """Files kept in the bag."""
-        found: dict[str, bytes] = {}
+    def attachments(self) -> dict[str, tuple[int, bytes]]:
+        """Files kept in the bag; the first of a name wins."""
+        found: dict[str, tuple[int, bytes]] = {}
         for file in self._files:
-            found.update(file.attachments())
+            found = {**file.attachments(), **found}
         return found
 
     def blocks(self, topics: set[int], start_ns: int | None, stop_ns: int | None) -> Iterator[Block]:
@@ -144,7 +144,7 @@ class RosbagsStorage:
             for c in self._connections
         )
 
-    def attachments(self) -> dict[str, bytes]:
+    def attachments(self) -> dict[str, tuple[int, bytes]]:
         """Nothing: these bags keep no files."""
         return {}
 

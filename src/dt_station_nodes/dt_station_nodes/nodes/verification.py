@@ -1,0 +1,286 @@
+"""From what a bag says of its nodes to the machines that run again: configurations and models out of the bag itself."""
+
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from ..core.channels import Channel
+from ..core.control import LoopConfig
+from ..core.models import ModelSpec, PlantModel
+from ..core.waveforms import Shape, Waveform
+from ..records import Bag, RecordError
+from ..records.bagrun import TWIN
+from ..records.evidence import COMMAND_FIELDS, RESIDUAL_FIELDS, STATE_FIELDS, TOPICS, Evidence, gather
+from ..records.history import NodeHistory, histories
+from ..records.machines import (
+    ControllerMachine,
+    GeneratorMachine,
+    LoopTwinMachine,
+    ShadowMachine,
+    TwinMachine,
+)
+from ..records.rerun import Change, Outcome, Rerun
+from .loop_parameters import load_loop, loop_from_values
+from .referenced_files import attachment_name, references
+
+CONTROLLERS = {Channel.PRESSURE: "pressure_controller", Channel.POSITION: "position_controller"}
+_SPREAD = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """One topic of one run: samples compared and, where one differs, what the bag holds and what was computed."""
+
+    topic: str
+    outcome: Outcome
+    sequence: int = -1
+    field: str = ""
+    recorded: float = 0.0
+    computed: float = 0.0
+
+    @property
+    def identical(self) -> bool:
+        """Whether every sample compared is the same to the last bit."""
+        return self.outcome.differs < 0
+
+
+class Verifier:
+    """Runs one bag's recorded inputs again. Raises RecordError where the bag does not say enough."""
+
+    def __init__(self, bag: Bag) -> None:
+        self._bag = bag
+        self._evidence: Evidence = gather(bag)
+        self._histories = histories(bag)
+        self._models = _models(bag)
+        self.skipped: dict[str, str] = {}
+
+    def verdicts(self) -> Iterator[Verdict]:
+        """One a topic and run, as they are found."""
+        with _unpacked(self._bag) as files:
+            for run in self._evidence.runs():
+                missing = _missing(self._evidence, run)
+                if missing:
+                    self.skipped["object/state"] = missing
+                    continue
+                yield from self._generators(run)
+                yield from self._controllers(run, files)
+                yield from self._twin(run, files)
+                yield from self._shadow(run)
+
+    def _judged(
+        self, topic: str, fields: tuple[str, ...], machine: Any, changes: list[Change[Any]], run: tuple[int, int]
+    ) -> Verdict:
+        outcome = Rerun(machine, changes).run()
+        if outcome.differs < 0:
+            return Verdict(topic, outcome)
+        sequence = self._evidence.samples[run[0] + outcome.differs].sequence
+        recorded, computed = machine.recorded(outcome.differs) or (), outcome.computed or ()
+        for i, field in enumerate(fields):
+            pair = [values[i] if i < len(values) else float("nan") for values in (recorded, computed)]
+            if str(pair[0]) != str(pair[1]):
+                return Verdict(topic, outcome, sequence, field, pair[0], pair[1])
+        return Verdict(topic, outcome, sequence, "sign of zero", 0.0, -0.0)
+
+    def _changes(
+        self, history: NodeHistory, run: tuple[int, int], apply: Callable[[Any, Mapping[str, Any]], Any]
+    ) -> list[Change[Any]]:
+        """A node's changes of parameters within a run, each with the samples before which it may have acted."""
+        times = self._evidence.log_time[slice(*run)]
+        found = []
+        for change in history.changes:
+            if not times or change.time_ns <= times[0] or change.time_ns >= times[-1]:
+                continue
+            likely = sum(time < change.time_ns for time in times)
+            values = history.at(change.time_ns)
+            found.append(
+                Change(
+                    max(0, likely - _SPREAD),
+                    likely,
+                    min(len(times), likely + _SPREAD),
+                    partial(_applied, apply, values),
+                    f"{', '.join(f'{k} = {v}' for k, v in sorted(change.values.items()))}",
+                )
+            )
+        return found
+
+    def _known(self, node: str, topic: str) -> NodeHistory | None:
+        history = self._histories.get(node)
+        if history is None:
+            self.skipped[topic] = f"the bag does not hold the parameters of {node}"
+        return history
+
+    def _start(self, run: tuple[int, int]) -> int:
+        return self._evidence.log_time[run[0]]
+
+    def _controllers(self, run: tuple[int, int], files: Path) -> Iterator[Verdict]:
+        for channel, node in CONTROLLERS.items():
+            topic = f"{TOPICS[channel]}/command"
+            if not self._evidence.commands[channel]:
+                continue
+            history = self._known(node, topic)
+            if history is None:
+                continue
+            values = history.at(self._start(run))
+            base = _loop(values, "config", values.get("alternatives") or [], files)
+            config = loop_from_values(base, values)
+            machine = ControllerMachine(self._evidence, run, channel, config, values["sample_time_s"])
+            changes = self._changes(history, run, partial(_reconfigured, machine, base))
+            yield self._judged(topic, COMMAND_FIELDS, machine, changes, run)
+
+    def _generators(self, run: tuple[int, int]) -> Iterator[Verdict]:
+        for history in self._histories.values():
+            values = history.at(self._start(run))
+            if not {"channel", "shape", "amplitude"} <= set(values):
+                continue
+            channel = Channel.PRESSURE if values["channel"] == "load" else Channel.POSITION
+            if not values.get("enabled", True) or not self._evidence.setpoints[channel]:
+                continue
+            machine = GeneratorMachine(self._evidence, run, channel, _waveform(values), values["sample_time_s"])
+            changes = self._changes(history, run, _played)
+            yield self._judged(f"{TOPICS[channel]}/setpoint", ("value",), machine, changes, run)
+
+    def _twin(self, run: tuple[int, int], files: Path) -> Iterator[Verdict]:
+        history = self._known("twin_simulator", TWIN) if self._evidence.twin else None
+        if history is None:
+            return
+        values = history.at(self._start(run))
+        step = values["sample_time_s"]
+        announced = [m for m in self._models if m[0] <= self._evidence.samples[run[0]].stamp_ns]
+        text = announced[-1][1] if announced else _text(values, "model", "models", files)
+        model = PlantModel(ModelSpec.from_yaml(text), step)
+        fields = (*STATE_FIELDS, "flags")
+        if values["feed"] == "setpoints":
+            bases = {
+                "load.": _loop(values, "load_config", [], files),
+                "position.": _loop(values, "position_config", values.get("alternatives") or [], files),
+            }
+            own = {prefix: loop_from_values(base, values, prefix) for prefix, base in bases.items()}
+            loops = LoopTwinMachine(self._evidence, run, model, own["load."], own["position."], step)
+            changes = self._changes(
+                history,
+                run,
+                lambda state, v: loops.reconfigured(
+                    state, *(loop_from_values(base, v, prefix) for prefix, base in bases.items())
+                ),
+            )
+            yield self._judged(TWIN, fields, loops, changes, run)
+            return
+        machine = TwinMachine(self._evidence, run, model, values["measured_pressure"])
+        stamps = [sample.stamp_ns for sample in self._evidence.samples[slice(*run)]]
+        changes = []
+        for stamp, later in self._models:
+            if stamp in stamps:
+                place = stamps.index(stamp) + 1
+                renewed = PlantModel(ModelSpec.from_yaml(later), step)
+                measured = history.at(self._evidence.log_time[run[0] + place - 1])["measured_pressure"]
+                changes.append(
+                    Change(
+                        max(0, place - 2),
+                        place,
+                        place + 2,
+                        partial(_renewed, machine, renewed, measured),
+                        f"model {renewed.spec.name}",
+                    )
+                )
+        yield self._judged(TWIN, fields, machine, changes, run)
+
+    def _shadow(self, run: tuple[int, int]) -> Iterator[Verdict]:
+        topic = "shadow/residual"
+        history = self._known("shadow_compare", topic) if self._evidence.residuals else None
+        if history is not None:
+            values = history.at(self._start(run))
+            machine = ShadowMachine(self._evidence, run, values["sample_time_s"], values["window_s"])
+            yield self._judged(topic, RESIDUAL_FIELDS, machine, [], run)
+
+
+def _waveform(values: Mapping[str, Any]) -> Waveform:
+    """What a generator's parameters say it plays."""
+    shape = Shape[str(values["shape"]).upper()]
+    return Waveform(
+        shape, *(float(values[name]) for name in ("amplitude", "offset", "frequency_hz", "phase_rad", "duty"))
+    )
+
+
+def _played(state: Any, values: Mapping[str, Any]) -> Any:
+    return _waveform(values), state[1]
+
+
+def _applied(apply: Callable[[Any, Mapping[str, Any]], Any], values: Mapping[str, Any], state: Any) -> Any:
+    return apply(state, values)
+
+
+def _reconfigured(machine: ControllerMachine, base: LoopConfig, state: Any, values: Mapping[str, Any]) -> Any:
+    return machine.reconfigured(state, loop_from_values(base, values))
+
+
+def _renewed(machine: TwinMachine, model: PlantModel, measured_pressure: bool, _: Any) -> Any:
+    return machine.renewed(model, measured_pressure)
+
+
+def _missing(evidence: Evidence, run: tuple[int, int]) -> str:
+    numbers = [sample.sequence for sample in evidence.samples[slice(*run)]]
+    lost = numbers[-1] - numbers[0] + 1 - len(numbers)
+    return (
+        f"{lost} samples of the object are missing in the bag; what followed from them cannot be verified"
+        if lost
+        else ""
+    )
+
+
+def _models(bag: Bag) -> list[tuple[int, str]]:
+    """(stamp of the last sample before it, text) of every model the twin announced, in order."""
+    topic = bag.find("twin/model")
+    if topic is None:
+        return []
+    found = []
+    for message in bag.messages([topic]):
+        model: Any = bag.deserialize(message)
+        found.append((model.header.stamp.sec * 1_000_000_000 + model.header.stamp.nanosec, model.yaml))
+    return found
+
+
+@contextmanager
+def _unpacked(bag: Bag) -> Iterator[Path]:
+    """The configuration files of a bag as files again."""
+    with tempfile.TemporaryDirectory(prefix="dt-station-") as name:
+        folder = Path(name)
+        for attachment, data in bag.attachments().items():
+            path = (folder / attachment).resolve()
+            if path.is_relative_to(folder.resolve()):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(data)
+        yield folder
+
+
+def _file(values: Mapping[str, Any], kind: str, name: str, files: Path) -> Path:
+    path = files / attachment_name(kind, name)
+    if not path.is_file():
+        raise RecordError(f"the bag does not hold {attachment_name(kind, name)}, which its nodes used")
+    return path
+
+
+def _loop(values: Mapping[str, Any], key: str, alternatives: list[str], files: Path) -> LoopConfig:
+    paths = [_file(values, "controllers", name, files) for name in (values[key], *alternatives)]
+    return load_loop(paths[0], [str(path) for path in paths[1:]])
+
+
+def _text(values: Mapping[str, Any], key: str, kind: str, files: Path) -> str:
+    return _file(values, kind, values[key], files).read_text(encoding="utf-8")
+
+
+def differing_files(bag: Bag, installed: Callable[[str, str], bytes | None]) -> list[str]:
+    """Files of the bag whose installed namesakes differ; `installed` reads a file by kind and name."""
+    own = bag.attachments()
+    found = []
+    for history in histories(bag).values():
+        for kind, name in references(history.initial):
+            attached = attachment_name(kind, name)
+            if attached in own and attached not in found:
+                now = installed(kind, name)
+                if now is not None and now != own[attached]:
+                    found.append(attached)
+    return found
