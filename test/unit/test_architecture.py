@@ -20,7 +20,8 @@ MAY_IMPORT = {
 }
 PURE = {"core", "identification", "discovery"}
 FILES_CLOCK_AND_ROS = set(
-    "datetime glob logging os pathlib random rclpy secrets shutil signal socket subprocess sys tempfile time uuid".split()
+    "datetime glob logging os pathlib random rclpy secrets shutil signal socket subprocess sys tempfile time uuid "
+    "urllib".split()
 )
 THREADS = {"asyncio", "concurrent", "multiprocessing", "queue", "threading"}
 # Programs that are run as `python -m`, and may thus tell the time and print.
