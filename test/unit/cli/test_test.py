@@ -1,0 +1,63 @@
+"""`dt-station test`: what it runs, and what it makes of the outcome."""
+
+import io
+import json
+import sys
+
+import pytest
+
+from dt_station_nodes.cli import app
+from dt_station_nodes.cli import test as verb
+from dt_station_nodes.cli.common import UserError
+
+
+@pytest.fixture
+def ran(monkeypatch):
+    """Record the checkers instead of running them; `status` and `line` are pytest's."""
+    calls, answer = [], {"status": 0, "line": "= 3 passed, 1 skipped in 0.1s ="}
+
+    def fake(name, command, root, output):
+        calls.append((name, command[3:]))
+        return verb.Outcome(name, answer["status"] if name == "pytest" else 0, 0.1, answer["line"])
+
+    monkeypatch.setattr(verb, "run_checker", fake)
+    return calls, answer
+
+
+def test_all_three_run_and_further_arguments_go_to_pytest(ran, capsys):
+    calls, _ = ran
+    assert app.main(["test", "--json", "-k", "waveform", "-x"]) == 0
+    assert [name for name, _ in calls] == ["ruff", "mypy", "pytest"]
+    assert calls[-1][1][-3:] == ["-k", "waveform", "-x"]
+    told = json.loads(capsys.readouterr().out)
+    assert told["ok"] is True
+    assert (told["pytest"]["passed"], told["pytest"]["skipped"]) == (3, 1)
+
+
+def test_the_checkers_can_be_left_out(ran):
+    calls, _ = ran
+    assert app.main(["test", "--no-lint"]) == 0
+    assert [name for name, _ in calls] == ["pytest"]
+
+
+def test_a_failing_test_fails_the_verb(ran, capsys):
+    _, answer = ran
+    answer.update(status=1, line="= 2 failed, 1 error in 3.2s =")
+    assert app.main(["test", "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert (told["ok"], told["pytest"]["failed"], told["pytest"]["error"]) == (False, 2, 1)
+
+
+def test_output_passes_through_and_the_last_line_is_kept(tmp_path):
+    output = io.StringIO()
+    command = [sys.executable, "-c", "print('first'); print('= 1 passed ='); print(); raise SystemExit(3)"]
+    outcome = verb.run_checker("pytest", command, tmp_path, output)
+    assert output.getvalue().startswith("first\n")
+    assert (outcome.status, outcome.last_line) == (3, "= 1 passed =")
+
+
+def test_an_installation_without_its_checkout_says_so(monkeypatch, tmp_path):
+    monkeypatch.setenv("DT_STATION_ROOT", str(tmp_path))
+    monkeypatch.setattr(verb, "__file__", str(tmp_path / "test.py"))
+    with pytest.raises(UserError, match="run them from a checkout"):
+        verb.checkout()
