@@ -20,6 +20,7 @@ class What(str, Enum):
     AUTO = "auto"
     DIRECT = "direct"
     CLOSED_LOOP = "closed-loop"
+    DISTURBANCE = "disturbance"
     STATIC = "static"
     INVERSE_DYNAMICS = "inverse-dynamics"
 
@@ -124,19 +125,22 @@ def numbers(text: str, what: str) -> tuple[int, ...] | None:
 
 
 def _channels(data: "Run", wanted: Channels) -> "tuple[Channel, ...]":
-    import numpy as np
-
     from ..core.channels import Channel
 
     if wanted is not Channels.AUTO:
         return (Channel(wanted.value),)
-    moving = tuple(c for c in data.channels() if np.ptp(data.signals[c.voltage_signal]) > 0.0)
+    moving = tuple(c for c in data.channels() if _moves(data, c.voltage_signal))
     if not moving:
         raise UserError(
             f"{data.source}: no channel has both a moving voltage and a measured output, so nothing can be identified; "
             "excite a valve and record again."
         )
     return moving
+
+
+def _moves(data: "Run", signal: str) -> bool:
+    values = data.get(signal)
+    return values is not None and bool((values != values[0]).any())
 
 
 def _delay(text: str) -> float | None:
@@ -168,15 +172,31 @@ def _paths(
     import numpy as np
 
     from ..core.channels import Channel
-    from ..identification import IdentificationError, identify_closed_loop, identify_direct
+    from ..identification import (
+        IdentificationError,
+        identify_closed_loop,
+        identify_direct,
+        identify_disturbance,
+        orders,
+    )
 
     if method is What.CLOSED_LOOP:
         return [identify_closed_loop(data, channel, scaling_gain)]
     rest: float | None = None
-    pressure = data.get(Channel.PRESSURE.signal)
-    if channel is Channel.POSITION and disturbance and pressure is not None and np.ptp(pressure) > 0.0:
+    # only a pressure that the load valve moves is an input; otherwise the piston's own motion moves it
+    if channel is Channel.POSITION and disturbance and _moves(data, Channel.PRESSURE.voltage_signal):
+        pressure = data.get(Channel.PRESSURE.signal)
         known = [p.rest for p in before if p.channel is Channel.PRESSURE]
-        rest = rest_pressure if rest_pressure is not None else (known or [float(np.quantile(pressure, 0.01))])[0]
+        if rest_pressure is not None:
+            rest = rest_pressure
+        elif pressure is not None:
+            rest = (known or [float(np.quantile(pressure, 0.01))])[0]
+    if method is What.DISTURBANCE or (rest is not None and not _moves(data, channel.voltage_signal)):
+        if rest is None:
+            raise UserError(f"{data.source}: the load voltage does not move, so no disturbance path can be identified.")
+        wanted = numbers(poles, "poles")
+        grid = ((3, 1),) if wanted is None else orders(wanted, numbers(zeros, "zeros"))
+        return [identify_disturbance(data, rest, grid, 1 if integrators is None else integrators)]
     found = [
         identify_direct(
             data,
@@ -189,8 +209,7 @@ def _paths(
             advance=lambda text: advance(1, f"{channel.value}: {text}"),
         )
     ]
-    setpoint = data.get(channel.setpoint_signal)
-    if method is What.AUTO and channel is Channel.POSITION and setpoint is not None and np.ptp(setpoint) > 0.0:
+    if method is What.AUTO and channel is Channel.POSITION and _moves(data, channel.setpoint_signal):
         try:
             found.append(identify_closed_loop(data, channel, scaling_gain))
         except IdentificationError as error:

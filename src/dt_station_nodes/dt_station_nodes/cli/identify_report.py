@@ -85,7 +85,7 @@ def static(run: Run, channels: Sequence[Channel], lag_s: float | None, base: Mod
         shapes.append({**characteristic_summary(shape), "lag_s": lag})
         figures[f"{channel.value}-static"] = characteristic_figure(shape, run)
         table = Table("quantity", "value", "95 % interval", title=f"Static characteristic, {channel.value}")
-        for key in ("rest", "gain", "hysteresis_half_width", "dead_zone_half_width", "dead_zone_centre"):
+        for key in ("rest", "gain", "hysteresis_half_width", "hysteresis_spread", "dead_zone_half_width", "null"):
             _row(table, key, shapes[-1][key])
         for key in ("saturation_upper", "saturation_lower"):
             _row(table, key, shapes[-1][key])

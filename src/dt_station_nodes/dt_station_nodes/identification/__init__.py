@@ -3,7 +3,7 @@
 from .errors import IdentificationError
 from .estimate import Estimate, Interval, estimate, fit_percent
 from .selection import Candidate, Selection, choose, orders, select
-from .station import IdentifiedPath, Method, identify_closed_loop, identify_direct
+from .station import IdentifiedPath, Method, identify_closed_loop, identify_direct, identify_disturbance
 from .structure import Data, Hold, PathStructure, Structure
 from .transfer import TransferFunction
 
@@ -25,6 +25,7 @@ __all__ = [
     "fit_percent",
     "identify_closed_loop",
     "identify_direct",
+    "identify_disturbance",
     "orders",
     "select",
 ]

@@ -9,7 +9,7 @@ from .errors import IdentificationError
 from .estimate import Interval
 from .inverse_dynamics import AxisParameters, FrictionModel
 from .static_characteristic import StaticCharacteristic
-from .station import DISTURBANCE_PER_PA, IdentifiedPath
+from .station import DISTURBANCE_PER_PA, IdentifiedPath, Method
 from .transfer import TransferFunction
 
 
@@ -32,6 +32,18 @@ def _path(path: IdentifiedPath, base: PathSpec | None) -> dict[str, Any]:
         effects.append({"name": "delay", "parameters": {"delay_s": path.transfer.delay_s}})
     if path.bias_v is not None:
         effects.append({"name": "bias", "parameters": {"bias_v": path.bias_v.value}})
+    if path.method is Method.DISTURBANCE:
+        if base is None or path.disturbance is None:
+            raise IdentificationError(
+                "A disturbance path needs a position path beside it; name a model that has one, such as --model paper."
+            )
+        aside = path.disturbance.scaled(path.scale / base.scale)
+        changed = {
+            "numerator": aside.numerator,
+            "denominator": aside.denominator,
+            "input_scale": DISTURBANCE_PER_PA,
+        }
+        return {**base.model_dump(), "disturbance": changed}
     spec: dict[str, Any] = {
         "numerator": path.transfer.numerator,
         "denominator": path.transfer.denominator,
@@ -77,7 +89,7 @@ def with_characteristic(spec: ModelSpec, shape: StaticCharacteristic) -> ModelSp
     """A model with the effects a slow triangle showed; its linear gain is kept."""
     if shape.channel not in spec.paths:
         raise IdentificationError(f"The model has no {shape.channel.value} path to add the characteristic to.")
-    for name in ("hysteresis", "dead_zone", "saturation"):
+    for name in ("bias", "hysteresis", "dead_zone", "saturation"):
         parameters = characteristic_effects(shape).get(name)
         spec = spec.without_effect(shape.channel, name)
         if parameters is not None:
@@ -88,16 +100,19 @@ def with_characteristic(spec: ModelSpec, shape: StaticCharacteristic) -> ModelSp
 def characteristic_effects(shape: StaticCharacteristic) -> Mapping[str, Mapping[str, float]]:
     """The effects a slow triangle showed, with their parameters."""
     effects: dict[str, dict[str, float]] = {}
+    if shape.null_v is not None and not shape.null_v.holds(0.0):
+        effects["bias"] = {"bias_v": -shape.null_v.value}
     if shape.hysteresis_half_width_v is not None:
         effects["hysteresis"] = {"half_width_v": shape.hysteresis_half_width_v.value}
+        if shape.hysteresis_spread is not None:
+            effects["hysteresis"]["spread"] = shape.hysteresis_spread.value
     if shape.dead_zone_half_width_v is not None:
         effects["dead_zone"] = {"half_width_v": shape.dead_zone_half_width_v.value}
-        if shape.dead_zone_centre_v is not None:
-            effects["dead_zone"]["centre_v"] = shape.dead_zone_centre_v.value
     limits = {"upper_v": shape.saturation_upper_v, "lower_v": shape.saturation_lower_v}
-    kept = {name: limit.value for name, limit in limits.items() if limit is not None}
-    if kept:
-        effects["saturation"] = kept
+    if any(limit is not None for limit in limits.values()):
+        # a limit the run never reached stays out of the way
+        unreached = {"upper_v": 1e9, "lower_v": -1e9}
+        effects["saturation"] = {n: unreached[n] if limit is None else limit.value for n, limit in limits.items()}
     return effects
 
 

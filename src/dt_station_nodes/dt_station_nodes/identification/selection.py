@@ -142,8 +142,8 @@ def _doubt(fitted: Estimate, path: int) -> str:
     """Why a candidate is not to be chosen: a pole the data do not determine, or a fit that did not converge."""
     for interval in fitted.pole_sizes(path):
         if not np.isfinite(interval.low) or interval.low <= 0.0:
-            return "a pole is not determined by the data"
-    return "" if fitted.converged else "the fit did not converge"
+            return "undetermined pole"
+    return "" if fitted.converged else "no convergence"
 
 
 def _widened(smaller: Estimate, path: int, free_poles: int) -> tuple[Array, ...]:

@@ -25,6 +25,7 @@ class Method(str, Enum):
 
     DIRECT = "direct"
     CLOSED_LOOP = "closed-loop"
+    DISTURBANCE = "disturbance"
 
 
 @dataclass(frozen=True)
@@ -182,10 +183,33 @@ def identify_closed_loop(
     velocity_gain = fitted.interval(lambda theta: float(theta[0] / scaling_gain / theta[1]))
     static = fitted.gain(0)
     doubt = "" if 0.9 < static.value < 1.1 else ": the path is not astatic, or the set-point was not reached"
+    notes.append("the hold between samples is taken for dynamics of the path; the direct way is free of that")
     notes.append(f"static gain of the closed loop {static.value:.4f} (1 for an astatic path){doubt}")
     selection = choose((scored(fitted, data, 0),))
     return IdentifiedPath(
         channel, Method.CLOSED_LOOP, selection, data, transfer, velocity_gain, None, scale, 0.0, notes=tuple(notes)
+    )
+
+
+def identify_disturbance(
+    run: Run,
+    rest_pressure_pa: float,
+    grid: Sequence[tuple[int, int]] = (DISTURBANCE_ORDERS,),
+    integrators: int = 1,
+    advance: Callable[[str], None] = lambda text: None,
+) -> IdentifiedPath:
+    """Pressure (MPa above rest) to position with the servo valve at a constant voltage, as in the paper's figure 13."""
+    channel = Channel.POSITION
+    check_excitation(run, Channel.PRESSURE.signal)
+    check_response(run, channel)
+    scale = output_scale(run, channel)
+    pressure = (signal_of(run, Channel.PRESSURE.signal) - rest_pressure_pa) * DISTURBANCE_PER_PA
+    data = Data(run.sample_time_s, (pressure,), signal_of(run, channel.signal) / scale, (Channel.PRESSURE.signal,))
+    structure = Structure((PathStructure(grid[0][0], 0, min(integrators, grid[0][0]), Hold.SMOOTH),))
+    selection = select(structure, data, grid, advance=advance)
+    fitted = selection.chosen.estimate
+    return IdentifiedPath(
+        channel, Method.DISTURBANCE, selection, data, fitted.paths[0], fitted.gain(0), fitted.paths[0], scale, 0.0
     )
 
 

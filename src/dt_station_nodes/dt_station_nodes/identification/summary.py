@@ -27,7 +27,7 @@ def named_intervals(path: IdentifiedPath) -> dict[str, Interval]:
         return {f"{prefix} integrator gain": path.gain}
     named: dict[str, Interval] = {}
     for index, structure in enumerate(fitted.structure.paths):
-        label = prefix if index == 0 else "disturbance"
+        label = prefix if index == 0 and path.method is Method.DIRECT else "disturbance"
         named.update(_of_path(fitted, index, structure, label))
     if path.estimate.structure.paths[0].integrators == 0:
         named[f"{prefix} rest (path units)"] = fitted.offset
@@ -119,8 +119,9 @@ def characteristic_summary(shape: StaticCharacteristic) -> dict[str, Any]:
         "rest": plain(shape.rest),
         "gain": plain(shape.gain, "per V"),
         "hysteresis_half_width": plain(shape.hysteresis_half_width_v, "V"),
+        "hysteresis_spread": plain(shape.hysteresis_spread),
         "dead_zone_half_width": plain(shape.dead_zone_half_width_v, "V"),
-        "dead_zone_centre": plain(shape.dead_zone_centre_v, "V"),
+        "null": plain(shape.null_v, "V"),
         "saturation_upper": plain(shape.saturation_upper_v, "V"),
         "saturation_lower": plain(shape.saturation_lower_v, "V"),
         "fit_percent": shape.fit_percent,
