@@ -1,6 +1,7 @@
 """Backends by name, so that a parameter file chooses the object."""
 
 from collections.abc import Callable, Mapping
+from importlib.metadata import entry_points
 from typing import Any
 
 from ..core.errors import StationError
@@ -8,6 +9,9 @@ from ..core.run import Run
 from .backend import Backend
 from .fake import FakeBackend
 from .replay import ReplayBackend
+
+ENTRY_POINT_GROUP = "dt_station.backends"
+"""Where an installed package offers an object of its own: a function from the options to a Backend."""
 
 
 class BackendError(StationError):
@@ -18,11 +22,16 @@ def open_backend(kind: str, options: Mapping[str, Any]) -> Backend:
     """The backend of a kind, not yet open.
 
     virtual: `sample_time_s`, `rig` (name or path of a rig file, or a RigConfig), `seed` (instead of the file's);
-    replay: `run` (a Run; `sample_time_s`, if given, must be the run's); fake: `sample_time_s`, `samples` (optional).
-    Raises BackendError or RigError.
+    replay: `run` (a Run; `sample_time_s`, if given, must be the run's); fake: `sample_time_s`, `samples` (optional);
+    any other: what an installed package offers under that name in the entry point group `dt_station.backends`.
+    Raises BackendError or RigError, or what a foreign backend raises.
     """
     if kind not in _KINDS:
-        raise BackendError(f"no backend is called {kind!r}; choose one of {', '.join(_KINDS)}")
+        foreign = {point.name: point for point in entry_points(group=ENTRY_POINT_GROUP)}
+        if kind in foreign:
+            backend: Backend = foreign[kind].load()(dict(options))
+            return backend
+        raise BackendError(f"no backend is called {kind!r}; choose one of {', '.join([*_KINDS, *sorted(foreign)])}")
     make, known = _KINDS[kind]
     unknown = sorted(set(options) - known)
     if unknown:
