@@ -173,6 +173,11 @@ class DaqBridge:
             self._node.context.try_shutdown()
 
 
+def make(node: Node) -> DaqBridge:
+    """The node's own half."""
+    return DaqBridge(node)
+
+
 def main(args: list[str] | None = None) -> int:
     """Run the node."""
-    return run_node(NAME, DaqBridge, args)
+    return run_node(NAME, make, args)

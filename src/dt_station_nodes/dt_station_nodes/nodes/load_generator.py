@@ -133,6 +133,11 @@ class LoadGenerator:
         return Health(Level.OK, "playing" if self._config.enabled else "off", values)
 
 
+def make(node: Node) -> LoadGenerator:
+    """The node's own half."""
+    return LoadGenerator(node)
+
+
 def main(args: list[str] | None = None) -> int:
     """Run the node."""
-    return run_node(NAME, LoadGenerator, args)
+    return run_node(NAME, make, args)

@@ -1,8 +1,8 @@
 """A process that has imported everything once and forks a node whenever asked: seven nodes start as fast as one.
 
-It reads requests from standard input, one JSON object a line: {"argv": [executable, ...], "log": file}, and
-writes to standard output {"pid": n} for each, and {"pid": n, "status": s} when one ends (s < 0: a signal).
-When standard input closes it stops what still runs and ends.
+It reads requests from standard input, one JSON object a line: {"argv": [executable, ...], "log": file,
+"environment": {...}}, and writes to standard output {"pid": n} for each, and {"pid": n, "status": s} when
+one ends (s < 0: a signal). When standard input closes it stops what still runs and ends.
 """
 
 import contextlib
@@ -57,6 +57,7 @@ def _become(request: dict[str, Any]) -> int:
     name = request["argv"][0]
     with contextlib.suppress(OSError, AttributeError):
         ctypes.CDLL(None).prctl(_PR_SET_NAME, name.encode()[:15], 0, 0, 0)
+    os.environ.update(request.get("environment", {}))
     lifeline.die_with_parent()
     from .__main__ import main
 

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from . import lifeline
@@ -72,9 +72,10 @@ class Nursery:
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
 
-    def start(self, arguments: Sequence[str], log: Path) -> Child:
-        """Start one node: its executable and arguments. Raises NurseryError."""
-        request = json.dumps({"argv": list(arguments), "log": str(log)}) + "\n"
+    def start(self, arguments: Sequence[str], log: Path, environment: Mapping[str, str] | None = None) -> Child:
+        """Start one node: its executable and arguments, and what its environment has besides. Raises NurseryError."""
+        wanted = {"argv": list(arguments), "log": str(log), "environment": dict(environment or {})}
+        request = json.dumps(wanted) + "\n"
         try:
             assert self._process.stdin is not None
             self._process.stdin.write(request.encode())

@@ -105,7 +105,9 @@ class ParameterSet(Generic[Config]):
         node.add_post_set_parameters_callback(self._adopt)
 
     def set(self, changes: Mapping[str, Value]) -> None:
-        """Set several at once from inside the node. Raises ParameterError with the reason of a refusal."""
+        """Set several at once from inside the node. Raises ValueError with the reason of a refusal."""
+        # judged here first: rclpy raises its own kind of error for a value out of its range
+        self._build({**self.values, **{name: self._table[name].checked(value) for name, value in changes.items()}})
         result = self._node.set_parameters_atomically(
             [RosParameter(name, value=value) for name, value in changes.items()]
         )

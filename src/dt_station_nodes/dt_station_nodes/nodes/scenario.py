@@ -52,6 +52,16 @@ class Scenario(BaseModel):
             raise ScenarioError(f"{source} holds no scenario; it needs name and nodes")
         if isinstance(data.get("nodes"), dict):
             data["nodes"] = {name: spec or {} for name, spec in data["nodes"].items()}
+        return cls._checked(data, source)
+
+    @classmethod
+    def load(cls, name: str | Path) -> "Scenario":
+        """Read a scenario by path, or by name in config/scenarios. Raises StationError."""
+        path = find_config("scenarios", name)
+        return cls.from_yaml(path.read_text(encoding="utf-8"), str(path))
+
+    @classmethod
+    def _checked(cls, data: Mapping[str, Any], source: str) -> "Scenario":
         try:
             return cls.model_validate(data)
         except ValidationError as error:
@@ -59,11 +69,9 @@ class Scenario(BaseModel):
             place = ".".join(str(part) for part in first["loc"])
             raise ScenarioError(f"{source}: {place}: {first['msg']}") from None
 
-    @classmethod
-    def load(cls, name: str | Path) -> "Scenario":
-        """Read a scenario by path, or by name in config/scenarios. Raises StationError."""
-        path = find_config("scenarios", name)
-        return cls.from_yaml(path.read_text(encoding="utf-8"), str(path))
+    def changed(self, **changes: Any) -> "Scenario":
+        """The scenario with fields changed, checked as a whole. Raises ScenarioError."""
+        return self._checked({**{name: getattr(self, name) for name in type(self).model_fields}, **changes}, self.name)
 
     def with_nodes(self, **nodes: NodeSpec | None) -> "Scenario":
         """The scenario with nodes added, replaced or (None) left out."""

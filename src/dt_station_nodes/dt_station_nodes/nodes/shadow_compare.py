@@ -123,6 +123,11 @@ class ShadowCompare:
         return Health(Level.OK, "comparing", values)
 
 
+def make(node: Node) -> ShadowCompare:
+    """The node's own half."""
+    return ShadowCompare(node)
+
+
 def main(args: list[str] | None = None) -> int:
     """Run the node."""
-    return run_node(NAME, ShadowCompare, args)
+    return run_node(NAME, make, args)

@@ -16,6 +16,7 @@ from rclpy.node import Node
 from ..core.errors import StationError
 
 NAMESPACE = "station"
+_PRIORITY = "DT_STATION_PRIORITY"
 _IDLE_S = 1.0
 _DRAIN = 3
 
@@ -86,10 +87,21 @@ def quieten_collector() -> None:
     gc.set_threshold(20_000, 20, 50)
 
 
-def claim_priority() -> str:
-    """Ask for a real-time priority where DT_STATION_PRIORITY is set and permitted; says what was granted."""
-    wanted = os.environ.get("DT_STATION_PRIORITY", "")
-    if not wanted:
+def priority_of(executable: str, pace: str) -> dict[str, str]:
+    """Environment that asks for real-time priority: for the nodes of the loop, the clock above the rest."""
+    if pace != "realtime" or os.environ.get(_PRIORITY) == "0":
+        return {}
+    ranks = {"daq_bridge": 12, "load_generator": 11, "pressure_controller": 10, "position_controller": 10}
+    return {_PRIORITY: str(ranks[executable])} if executable in ranks else {}
+
+
+def claim_priority(default: str = "") -> str:
+    """Ask for a real-time priority where DT_STATION_PRIORITY is set and permitted; says what was granted.
+
+    `DT_STATION_PRIORITY=0` forbids it for a whole station.
+    """
+    wanted = os.environ.get(_PRIORITY, default)
+    if not wanted or wanted == "0":
         return "normal"
     with contextlib.suppress(OSError, AttributeError, ValueError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(int(wanted)))

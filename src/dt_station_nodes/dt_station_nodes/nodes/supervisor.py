@@ -5,16 +5,17 @@ import signal
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 import yaml
 
 from ..core.errors import StationError
 from .offspring import Child, Nursery
 from .scenario import NAMESPACE, NodePlan, Scenario, plan
+from .spinning import priority_of
+from .statistics import RunStatistics
 from .watch import Observations, Watch
 
 _RESTARTS = 5
@@ -24,20 +25,6 @@ _TAIL = 400
 
 class RunError(Exception):
     """The graph could not be kept running; the sentence says which node and why."""
-
-
-@dataclass(frozen=True, slots=True)
-class RunStatistics:
-    """What a run left: the bridge's and the shadow's figures, every node's exit status and restarts."""
-
-    scenario: str
-    composed: bool
-    bridge: dict[str, Any]
-    shadow: dict[str, Any]
-    exit_status: dict[str, int]
-    restarts: dict[str, int]
-    health: dict[str, Any] = field(default_factory=dict)
-    interrupted: bool = False
 
 
 @dataclass(slots=True)
@@ -69,7 +56,7 @@ class Supervisor:
         self._logs = Path(self._folder.name) if self._folder is not None else Path(str(log_dir))
         self._processes: dict[str, _Process] = {}
         self._statuses: dict[str, int] = {}
-        self._bridge = next((p.name for p in self._plans if p.executable == "daq_bridge"), None)
+        self.bridge = next((p.name for p in self._plans if p.executable == "daq_bridge"), None)
         self._shadow = next((p.name for p in self._plans if p.executable == "shadow_compare"), None)
         self._watch: Watch | None = None
 
@@ -153,7 +140,8 @@ class Supervisor:
         log = self._logs / f"{each.name}.log"
         if self._nursery is None:
             raise RunError("the station was not started")
-        handle = self._nursery.start([*arguments, "--params-file", str(parameters)], log)
+        priority = priority_of(each.executable, self.scenario.pace)
+        handle = self._nursery.start([*arguments, "--params-file", str(parameters)], log, priority)
         return _Process(each, handle, log)
 
     def _look_after(self) -> None:
@@ -164,7 +152,7 @@ class Supervisor:
             last_words = _tail(process.log)
             if status == 2:
                 raise StationError(last_words.splitlines()[-1] if last_words else f"{name} refused its parameters")
-            if name == self._bridge or not self._restart or process.restarts >= _RESTARTS:
+            if name == self.bridge or not self._restart or process.restarts >= _RESTARTS:
                 if not process.plan.required:
                     self._statuses[name] = status
                     continue
@@ -175,14 +163,14 @@ class Supervisor:
             return
 
     def _ended(self) -> bool:
-        return self._bridge is not None and self.observed.value(self._bridge, "phase") == "ended"
+        return self.bridge is not None and self.observed.value(self.bridge, "phase") == "ended"
 
     def _shadow_done(self) -> bool:
-        if self._shadow is None or self._bridge is None:
+        if self._shadow is None or self.bridge is None:
             return True
         summary = self.observed.summary
         done = summary.get("samples", 0) + summary.get("missed", 0)
-        return bool(done >= self.observed.value(self._bridge, "samples", 0))
+        return bool(done >= self.observed.value(self.bridge, "samples", 0))
 
     def _heard(self) -> str:
         return (
@@ -204,7 +192,7 @@ class Supervisor:
 
     def _statistics(self) -> RunStatistics:
         observed = self._watch.observed if self._watch is not None else Observations()
-        bridge = observed.health.get(self._bridge or "")
+        bridge = observed.health.get(self.bridge or "")
         return RunStatistics(
             self.scenario.name,
             False,

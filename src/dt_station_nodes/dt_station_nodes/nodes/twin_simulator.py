@@ -163,6 +163,11 @@ def _build(text: str, loops: Mapping[str, LoopConfig], values: Mapping[str, Any]
     )
 
 
+def make(node: Node) -> TwinSimulator:
+    """The node's own half."""
+    return TwinSimulator(node)
+
+
 def preload() -> None:
     """Load the compiled kernel once for all nodes that are forked later."""
     spec = ModelSpec.from_yaml(find_config("models", "paper").read_text(encoding="utf-8"))
@@ -172,4 +177,4 @@ def preload() -> None:
 
 def main(args: list[str] | None = None) -> int:
     """Run the node."""
-    return run_node(NAME, TwinSimulator, args)
+    return run_node(NAME, make, args)

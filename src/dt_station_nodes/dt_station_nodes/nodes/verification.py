@@ -1,8 +1,6 @@
 """From what a bag says of its nodes to the machines that run again: configurations and models out of the bag itself."""
 
-import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,7 +10,7 @@ from ..core.channels import Channel
 from ..core.control import LoopConfig
 from ..core.models import ModelSpec, PlantModel
 from ..core.waveforms import Shape, Waveform
-from ..records import Bag, RecordError
+from ..records import Bag
 from ..records.bagrun import TWIN
 from ..records.evidence import COMMAND_FIELDS, RESIDUAL_FIELDS, STATE_FIELDS, TOPICS, Evidence, gather
 from ..records.history import NodeHistory, histories
@@ -24,8 +22,8 @@ from ..records.machines import (
     TwinMachine,
 )
 from ..records.rerun import Change, Outcome, Rerun
-from .loop_parameters import load_loop, loop_from_values
-from .referenced_files import attachment_name, references
+from .loop_parameters import loop_from_values
+from .recorded_configuration import announced_models, recorded_loop, recorded_model, unpacked
 
 CONTROLLERS = {Channel.PRESSURE: "pressure_controller", Channel.POSITION: "position_controller"}
 _SPREAD = 60
@@ -55,12 +53,12 @@ class Verifier:
         self._bag = bag
         self._evidence: Evidence = gather(bag)
         self._histories = histories(bag)
-        self._models = _models(bag)
+        self._models = announced_models(bag)
         self.skipped: dict[str, str] = {}
 
     def verdicts(self) -> Iterator[Verdict]:
         """One a topic and run, as they are found."""
-        with _unpacked(self._bag) as files:
+        with unpacked(self._bag) as files:
             for run in self._evidence.runs():
                 missing = _missing(self._evidence, run)
                 if missing:
@@ -125,7 +123,7 @@ class Verifier:
             if history is None:
                 continue
             values = history.at(self._start(run))
-            base = _loop(values, "config", values.get("alternatives") or [], files)
+            base = recorded_loop(values, "config", values.get("alternatives") or [], files)
             config = loop_from_values(base, values)
             machine = ControllerMachine(self._evidence, run, channel, config, values["sample_time_s"])
             changes = self._changes(history, run, partial(_reconfigured, machine, base))
@@ -150,13 +148,13 @@ class Verifier:
         values = history.at(self._start(run))
         step = values["sample_time_s"]
         announced = [m for m in self._models if m[0] <= self._evidence.samples[run[0]].stamp_ns]
-        text = announced[-1][1] if announced else _text(values, "model", "models", files)
+        text = announced[-1][1] if announced else recorded_model(values, "model", "models", files)
         model = PlantModel(ModelSpec.from_yaml(text), step)
         fields = (*STATE_FIELDS, "flags")
         if values["feed"] == "setpoints":
             bases = {
-                "load.": _loop(values, "load_config", [], files),
-                "position.": _loop(values, "position_config", values.get("alternatives") or [], files),
+                "load.": recorded_loop(values, "load_config", [], files),
+                "position.": recorded_loop(values, "position_config", values.get("alternatives") or [], files),
             }
             own = {prefix: loop_from_values(base, values, prefix) for prefix, base in bases.items()}
             loops = LoopTwinMachine(self._evidence, run, model, own["load."], own["position."], step)
@@ -229,58 +227,3 @@ def _missing(evidence: Evidence, run: tuple[int, int]) -> str:
         if lost
         else ""
     )
-
-
-def _models(bag: Bag) -> list[tuple[int, str]]:
-    """(stamp of the last sample before it, text) of every model the twin announced, in order."""
-    topic = bag.find("twin/model")
-    if topic is None:
-        return []
-    found = []
-    for message in bag.messages([topic]):
-        model: Any = bag.deserialize(message)
-        found.append((model.header.stamp.sec * 1_000_000_000 + model.header.stamp.nanosec, model.yaml))
-    return found
-
-
-@contextmanager
-def _unpacked(bag: Bag) -> Iterator[Path]:
-    """The configuration files of a bag as files again."""
-    with tempfile.TemporaryDirectory(prefix="dt-station-") as name:
-        folder = Path(name)
-        for attachment, data in bag.attachments().items():
-            path = (folder / attachment).resolve()
-            if path.is_relative_to(folder.resolve()):
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_bytes(data)
-        yield folder
-
-
-def _file(values: Mapping[str, Any], kind: str, name: str, files: Path) -> Path:
-    path = files / attachment_name(kind, name)
-    if not path.is_file():
-        raise RecordError(f"the bag does not hold {attachment_name(kind, name)}, which its nodes used")
-    return path
-
-
-def _loop(values: Mapping[str, Any], key: str, alternatives: list[str], files: Path) -> LoopConfig:
-    paths = [_file(values, "controllers", name, files) for name in (values[key], *alternatives)]
-    return load_loop(paths[0], [str(path) for path in paths[1:]])
-
-
-def _text(values: Mapping[str, Any], key: str, kind: str, files: Path) -> str:
-    return _file(values, kind, values[key], files).read_text(encoding="utf-8")
-
-
-def differing_files(bag: Bag, installed: Callable[[str, str], bytes | None]) -> list[str]:
-    """Files of the bag whose installed namesakes differ; `installed` reads a file by kind and name."""
-    own = bag.attachments()
-    found = []
-    for history in histories(bag).values():
-        for kind, name in references(history.initial):
-            attached = attachment_name(kind, name)
-            if attached in own and attached not in found:
-                now = installed(kind, name)
-                if now is not None and now != own[attached]:
-                    found.append(attached)
-    return found
