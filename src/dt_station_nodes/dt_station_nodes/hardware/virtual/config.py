@@ -98,11 +98,14 @@ class ServoValve(Part):
 
 
 class Hysteresis(Part):
-    """Magnetic hysteresis of the solenoid, normalised Bouc-Wen (Ikhouane & Rodellar 2007, with exponent 1)."""
+    """Magnetic hysteresis of the solenoid, a Preisach model: hysterons of log-normal half-width, denser at mid range.
+
+    `half_width_v` is half the loop's width at mid range; at either end of the range it is less by `end_share`.
+    """
 
     half_width_v: NonNegative
-    transition_v: Positive = 0.4
-    shape: Annotated[float, Field(ge=0.5, le=2.0)] = 0.6
+    spread: Annotated[float, Field(ge=0.0, le=1.0)] = 0.3
+    end_share: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.4
 
 
 class ReliefValve(Part):
@@ -115,7 +118,8 @@ class ReliefValve(Part):
     override_pa_s_m3: Positive = 5.0e8
     armature_frequency_rad_s: Positive = 45.0
     armature_damping_ratio: Positive = 0.75
-    amplifier_lag_s: Positive = 0.005
+    flux_lag_s: Positive = 0.03
+    amplifier_lag_s: Positive = 0.003
     amplifier_limit_v: Positive = 5.0
     delay_s: NonNegative = 0.0
     hysteresis: Hysteresis | None = None

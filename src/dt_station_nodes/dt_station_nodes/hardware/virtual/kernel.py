@@ -17,9 +17,12 @@ ATMOSPHERE_PA = 101325.0
 # Below this drop an orifice is laminar; it also keeps its slope finite.
 LAMINAR_PA = 1.0e5
 
-# Places in the state; HISTORY holds the last samples' voltages, newest first, load and servo by turns.
-SEQUENCE, X, V, BRISTLE, CAP, ROD, LOAD, SPOOL, SPOOL_RATE, SERVO_AMPLIFIER, COIL, MAGNET = range(12)
-CRACK, CRACK_RATE, FRAME, FRAME_RATE, PRESSURE_SENSOR, POSITION_SENSOR, HISTORY = range(12, 19)
+# Places in the state; MEMORY holds what the hysterons of each half-width remember, HISTORY the last samples'
+# voltages, newest first, load and servo by turns.
+SEQUENCE, X, V, BRISTLE, CAP, ROD, LOAD, SPOOL, SPOOL_RATE, SERVO_AMPLIFIER, COIL, FLUX = range(12)
+CRACK, CRACK_RATE, FRAME, FRAME_RATE, PRESSURE_SENSOR, POSITION_SENSOR, MEMORY = range(12, 19)
+HALF_WIDTHS = 16
+HISTORY = MEMORY + HALF_WIDTHS
 HISTORY_SAMPLES = 64
 STATE_SIZE = HISTORY + 2 * HISTORY_SAMPLES
 
@@ -28,8 +31,9 @@ SUBSTEP, SUBSTEPS, BULK, AIR, A1_CAP, A1_ROD, A2_CAP, V1_CAP, V1_ROD, V2_CAP, HA
 MASS, VISCOUS, COULOMB, STATIC, STRIBECK, SIGMA0, SIGMA1, FRAME_C, FRAME_W, FRAME_D = range(12, 22)
 SERVO_K, OVERLAP, ROUNDING, NULL, NULL_SHIFT, SPOOL_W, SPOOL_D, SERVO_LAG, SERVO_LIMIT, SERVO_DELAY = range(22, 32)
 PISTON_LEAK, SUPPLY, REST, RELIEF_GAIN, OPENING, RELIEF_ROUNDING, OVERRIDE, CRACK_REST, CRACK_W, CRACK_D = range(32, 42)
-RELIEF_LAG, RELIEF_LIMIT, RELIEF_DELAY, LOOP_WIDTH, LOOP_RATE, LOOP_SHAPE, PUMP, PUMP_SLIP, PUMP_LIMIT = range(42, 51)
-PRESSURE_LAG, POSITION_LAG, FRAME_REST, PARAMETERS = range(51, 55)
+RELIEF_LAG, RELIEF_LIMIT, RELIEF_DELAY, END_SHARE, MIDDLE, PUMP, PUMP_SLIP, PUMP_LIMIT = range(42, 50)
+PRESSURE_LAG, POSITION_LAG, FRAME_REST, FLUX_LAG, WIDTHS = range(50, 55)
+PARAMETERS = WIDTHS + HALF_WIDTHS
 
 
 @njit(cache=True)
@@ -73,10 +77,32 @@ def load_flow(p: Array, load: float, crack: float) -> float:
 
 
 @njit(cache=True)
-def crack_pressure(p: Array, coil: float, magnet: float) -> float:
-    """Pressure at which the relief valve starts to open once its armature is at rest, Pa."""
-    volts = coil - p[LOOP_WIDTH] * magnet
-    return p[CRACK_REST] + p[RELIEF_GAIN] * opening(volts, p[OPENING], p[RELIEF_ROUNDING])
+def magnetised(p: Array, s: Array, coil: float) -> float:
+    """The coil's voltage less what the iron remembers of its way there, V; moves the memory in `s`.
+
+    Preisach model in Krejci's form: hysterons of half-width r that are up are those centred below one level, which
+    the coil drags along once it is r away. Their number up to a level y is N(y) = y - end_share z^3 / (3 middle^2),
+    z = y - middle: fewer at either end of the range. What they lack there is reversible, so that the curve midway
+    between the branches is straight.
+    """
+    remembered = 0.0
+    for i in range(HALF_WIDTHS):
+        level = min(max(s[MEMORY + i], coil - p[WIDTHS + i]), coil + p[WIDTHS + i])
+        s[MEMORY + i] = level
+        remembered += _hysterons(p, level)
+    return coil + remembered / HALF_WIDTHS - _hysterons(p, coil)
+
+
+@njit(cache=True)
+def _hysterons(p: Array, level: float) -> float:
+    z = level - p[MIDDLE]
+    return level - p[END_SHARE] * z * z * z / (3.0 * p[MIDDLE] * p[MIDDLE])
+
+
+@njit(cache=True)
+def crack_pressure(p: Array, flux: float) -> float:
+    """Pressure at which the relief valve starts to open once its armature is at rest, Pa; flux in volts of command."""
+    return p[CRACK_REST] + p[RELIEF_GAIN] * opening(flux, p[OPENING], p[RELIEF_ROUNDING])
 
 
 @njit(cache=True)
@@ -94,7 +120,7 @@ def advance(p: Array, s: Array, load_v: float, servo_v: float) -> None:
     servo_new, servo_old = s[HISTORY + 2 * servo_back + 1], s[HISTORY + 2 * servo_back + 3]
 
     x, v, bristle, cap, rod, load = s[X], s[V], s[BRISTLE], s[CAP], s[ROD], s[LOAD]
-    spool, spool_rate, amplifier, coil, magnet = s[SPOOL], s[SPOOL_RATE], s[SERVO_AMPLIFIER], s[COIL], s[MAGNET]
+    spool, spool_rate, amplifier, coil, flux = s[SPOOL], s[SPOOL_RATE], s[SERVO_AMPLIFIER], s[COIL], s[FLUX]
     crack, crack_rate, frame, frame_rate = s[CRACK], s[CRACK_RATE], s[FRAME], s[FRAME_RATE]
     sensed_pressure, sensed_position = s[PRESSURE_SENSOR], s[POSITION_SENSOR]
     half = p[HALF_STROKE]
@@ -107,11 +133,9 @@ def advance(p: Array, s: Array, load_v: float, servo_v: float) -> None:
         amplifier += dt / p[SERVO_LAG] * (servo_in - amplifier)
         spool_rate += dt * (p[SPOOL_W] * p[SPOOL_W] * (amplifier - spool) - 2.0 * p[SPOOL_D] * p[SPOOL_W] * spool_rate)
         spool += dt * spool_rate
-        change = dt / p[RELIEF_LAG] * (load_in - coil)
-        coil += change
-        bend = p[LOOP_SHAPE] * abs(change) * magnet + (1.0 - p[LOOP_SHAPE]) * change * abs(magnet)
-        magnet += p[LOOP_RATE] * (change - bend)
-        target = crack_pressure(p, coil, magnet)
+        coil += dt / p[RELIEF_LAG] * (load_in - coil)
+        flux += dt / p[FLUX_LAG] * (magnetised(p, s, coil) - flux)
+        target = crack_pressure(p, flux)
         crack_rate += dt * (p[CRACK_W] * p[CRACK_W] * (target - crack) - 2.0 * p[CRACK_D] * p[CRACK_W] * crack_rate)
         crack += dt * crack_rate
 
@@ -147,6 +171,6 @@ def advance(p: Array, s: Array, load_v: float, servo_v: float) -> None:
 
     s[SEQUENCE] += 1.0
     s[X], s[V], s[BRISTLE], s[CAP], s[ROD], s[LOAD] = x, v, bristle, cap, rod, load
-    s[SPOOL], s[SPOOL_RATE], s[SERVO_AMPLIFIER], s[COIL], s[MAGNET] = spool, spool_rate, amplifier, coil, magnet
+    s[SPOOL], s[SPOOL_RATE], s[SERVO_AMPLIFIER], s[COIL], s[FLUX] = spool, spool_rate, amplifier, coil, flux
     s[CRACK], s[CRACK_RATE], s[FRAME], s[FRAME_RATE] = crack, crack_rate, frame, frame_rate
     s[PRESSURE_SENSOR], s[POSITION_SENSOR] = sensed_pressure, sensed_position

@@ -1,14 +1,15 @@
 """From a rig's configuration to the kernel's numbers and the state in which the rig rests."""
 
+from collections.abc import Callable
 from math import pi
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from ...core.errors import StationError
 from . import kernel as k
-from .config import RigConfig
+from .config import Hysteresis, RigConfig
 
 Array = NDArray[np.float64]
 
@@ -53,11 +54,12 @@ def parameters(config: RigConfig, sample_time_s: float) -> Array:
     p[[k.CRACK_W, k.CRACK_D]] = relief.armature_frequency_rad_s, relief.armature_damping_ratio
     p[[k.RELIEF_LAG, k.RELIEF_LIMIT]] = _lag(relief.amplifier_lag_s, substep), relief.amplifier_limit_v
     p[k.RELIEF_DELAY] = _delay(relief.delay_s, substep, sample_time_s)
-    p[[k.LOOP_RATE, k.LOOP_SHAPE]] = 1.0, 0.5
+    p[k.MIDDLE] = relief.amplifier_limit_v / 2
     if relief.hysteresis is not None:
-        p[[k.LOOP_WIDTH, k.LOOP_SHAPE]] = relief.hysteresis.half_width_v, relief.hysteresis.shape
-        p[k.LOOP_RATE] = 1.0 / relief.hysteresis.transition_v
+        p[k.END_SHARE] = relief.hysteresis.end_share
+        p[k.WIDTHS : k.WIDTHS + k.HALF_WIDTHS] = _half_widths(relief.hysteresis)
     p[[k.PUMP, k.PUMP_SLIP, k.PUMP_LIMIT]] = relief.pump_flow_m3_s, relief.pump_slip_m3_s_pa, relief.pump_limit_pa
+    p[k.FLUX_LAG] = _lag(relief.flux_lag_s, substep)
     p[k.PRESSURE_LAG] = _lag(config.pressure_sensor.lag_s, substep)
     p[k.POSITION_LAG] = _lag(config.position_sensor.lag_s, substep)
     p[k.FRAME_REST] = p[k.FRAME_C] * p[k.A2_CAP] * p[k.REST]
@@ -66,13 +68,12 @@ def parameters(config: RigConfig, sample_time_s: float) -> Array:
 
 
 def rest_state(config: RigConfig, p: Array) -> Array:
-    """The state in which the rig stands still at 0 V and rest pressure, shape (STATE_SIZE,)."""
+    """The state in which the rig stands still at 0 V and rest pressure, demagnetised, shape (STATE_SIZE,)."""
     s = np.zeros(k.STATE_SIZE)
     s[k.X] = config.axis.start_position_m
     s[k.POSITION_SENSOR] = config.axis.start_position_m
     s[[k.LOAD, k.PRESSURE_SENSOR]] = p[k.REST]
-    s[k.MAGNET] = -1.0
-    s[k.CRACK] = k.crack_pressure(p, 0.0, -1.0)
+    s[k.CRACK] = k.crack_pressure(p, 0.0)
     s[k.FRAME] = p[k.FRAME_REST]
     s[k.ROD] = _rod_pressure(p, p[k.NULL])
     s[k.CAP] = _cap_pressure(p, s[k.ROD])
@@ -81,10 +82,10 @@ def rest_state(config: RigConfig, p: Array) -> Array:
 
 def _trim(p: Array) -> None:
     """Set the valves' mechanical null screws so that the rig rests at 0 V: no drift, the rest pressure."""
-    # Remanence after a full stroke is -1; the rest pressure includes what it and the rounding leave.
+    # The rest pressure is that of demagnetised iron; it includes what the rounding leaves at 0 V.
     pump = max(p[k.PUMP] - p[k.PUMP_SLIP] * p[k.REST], 0.0)
     p[k.CRACK_REST] = p[k.REST] - p[k.OVERRIDE] * pump
-    p[k.CRACK_REST] -= k.crack_pressure(p, 0.0, -1.0) - p[k.CRACK_REST]
+    p[k.CRACK_REST] -= k.crack_pressure(p, 0.0) - p[k.CRACK_REST]
 
     def imbalance(null: float) -> float:
         rod = _rod_pressure(p, null)
@@ -93,7 +94,15 @@ def _trim(p: Array) -> None:
     reach = p[k.OVERLAP] + 30.0 * p[k.ROUNDING]
     if imbalance(-reach) * imbalance(reach) > 0.0:
         raise RigError("the servo valve cannot hold the load at rest: raise servo_valve.supply_pressure_pa")
-    p[k.NULL] = brentq(imbalance, -reach, reach, xtol=1e-15, rtol=1e-14)
+    p[k.NULL] = _root(imbalance, -reach, reach)
+
+
+def _half_widths(hysteresis: Hysteresis) -> Array:
+    """Half-widths (V) of equally many hysterons each, log-normal about a mean of `half_width_v`."""
+    normal = NormalDist()
+    shares = [(i + 0.5) / k.HALF_WIDTHS for i in range(k.HALF_WIDTHS)]
+    widths = np.exp(hysteresis.spread * np.array([normal.inv_cdf(share) for share in shares]))
+    return np.asarray(hysteresis.half_width_v * widths / widths.mean())
 
 
 def _cap_pressure(p: Array, rod: float) -> float:
@@ -104,7 +113,20 @@ def _rod_pressure(p: Array, null: float) -> float:
     def inflow(rod: float) -> float:
         return k.servo_flows(p, null, _cap_pressure(p, rod), rod)[1]
 
-    return float(brentq(inflow, -0.5 * p[k.SUPPLY], 1.5 * p[k.SUPPLY], xtol=1e-6, rtol=1e-14))
+    return _root(inflow, -0.5 * p[k.SUPPLY], 1.5 * p[k.SUPPLY])
+
+
+def _root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Where a function changes sign between two points, by bisection to the last bit (scipy is slow to import)."""
+    rises = function(high) > function(low)
+    while True:
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            return middle
+        if (function(middle) > 0.0) == rises:
+            high = middle
+        else:
+            low = middle
 
 
 def _disc(diameter_m: float) -> float:

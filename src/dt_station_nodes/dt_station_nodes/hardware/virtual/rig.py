@@ -59,7 +59,6 @@ class Truth:
     rod_pressure_pa: float
     load_pressure_pa: float
     spool_v: float
-    magnetisation: float
     frame_m: float
 
 
@@ -126,7 +125,7 @@ class VirtualRig:
     def truth(self, state: RigState) -> Truth:
         """The physical state behind the sensors."""
         s = state.values
-        places = (k.X, k.V, k.CAP, k.ROD, k.LOAD, k.SPOOL, k.MAGNET, k.FRAME)
+        places = (k.X, k.V, k.CAP, k.ROD, k.LOAD, k.SPOOL, k.FRAME)
         return Truth(*(float(s[place]) for place in places))
 
 
