@@ -5,8 +5,8 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm
 
+from .matrix import exponential
 from .spec import Outlet, TransferFunction
 
 Array = NDArray[np.float64]
@@ -20,7 +20,7 @@ class LinearPath:
     w (output units per s) into the store behind the output, whose content alone decays with `outlet_rate` (1/s):
     oil or water lost or gained there; zeros where no real pole is seen at the output. `inlet_rate` (1/s) is that
     of the one store before it, where the path is two such stores in a row, else 0. `static_gain` is 0 for an
-    integrating path.
+    integrating path. A path stands still where only the last state is not 0: the output is `standing_gain` times it.
     """
 
     a: Array
@@ -33,6 +33,7 @@ class LinearPath:
     outlet_rate: float
     inlet_rate: float
     static_gain: float
+    standing_gain: float
 
 
 def coefficients(transfer: TransferFunction) -> tuple[Array, Array]:
@@ -82,7 +83,7 @@ def _discretised(
     d = float(numerator[0]) * scale
     if n == 0:
         empty = np.zeros(0)
-        return LinearPath(np.zeros((0, 0)), empty, empty, d, empty, empty, 0.0, 0.0, 0.0, d)
+        return LinearPath(np.zeros((0, 0)), empty, empty, d, empty, empty, 0.0, 0.0, 0.0, d, 0.0)
     nonzero = np.trim_zeros(denominator, "b")
     rate = abs(nonzero[-1]) ** (1.0 / (nonzero.size - 1)) if nonzero.size > 1 else 1.0
     powers = rate ** -np.arange(n + 1.0)
@@ -94,12 +95,12 @@ def _discretised(
     b = np.zeros(n)
     b[0] = 1.0
     c = (num[1:] - den[1:] * num[0]) * scale
-    e, outlet_rate, inlet_rate = _injection(a, c, outlet)
+    e, outlet_rate, inlet_rate = _injection(den, c, outlet)
     augmented = np.zeros((n + 2, n + 2))
     augmented[:n, :n] = a
     augmented[:n, n] = b
     augmented[:n, n + 1] = e
-    phi = expm(augmented * (rate * step_s))
+    phi = exponential(augmented * (rate * step_s))
     return LinearPath(
         a=np.ascontiguousarray(phi[:n, :n]),
         b=np.ascontiguousarray(phi[:n, n]),
@@ -111,22 +112,27 @@ def _discretised(
         outlet_rate=outlet_rate * rate,
         inlet_rate=inlet_rate * rate,
         static_gain=float(num[-1] / den[-1]) * scale if den[-1] != 0.0 else 0.0,
+        standing_gain=float(c[-1]) + d * float(den[-1]),
     )
 
 
-def _injection(a: Array, c: Array, outlet: Outlet) -> tuple[Array, float, float]:
+def _injection(denominator: Array, c: Array, outlet: Outlet) -> tuple[Array, float, float]:
     """The outlet's real pole: eigenvector with unit readout, rate of decay (1 / time); the inlet's rate."""
-    nothing = np.zeros(a.shape[0]), 0.0, 0.0
-    values, vectors = np.linalg.eig(a)
-    real = [i for i in range(values.size) if abs(values[i].imag) < 1e-9 * max(abs(values[i]), 1e-9)]
+    n = denominator.size - 1
+    nothing = np.zeros(n), 0.0, 0.0
+    poles = np.roots(denominator)
+    real = sorted(
+        (float(p.real) for p in poles if abs(p.imag) < 1e-9 * max(abs(p), 1e-9)),
+        key=abs,
+        reverse=outlet is Outlet.FASTEST,
+    )
     if not real:
         return nothing
-    choose = min if outlet is Outlet.SLOWEST else max
-    pole = choose(real, key=lambda i: abs(values[i].real))
-    vector = np.real(vectors[:, pole])
+    pole = real[0]
+    # Eigenvector of a companion matrix: powers of its eigenvalue.
+    vector = pole ** np.arange(n - 1, -1, -1.0)
     readout = float(c @ vector)
     if abs(readout) < 1e-12 * float(np.abs(c).max()):
         return nothing
-    decay = -values.real
-    two_stores = values.size == len(real) == 2 and decay.min() > 1e-9 * decay.max()
-    return vector / readout, float(decay[pole]), float(decay[1 - pole]) if two_stores else 0.0
+    two_stores = n == len(real) == 2 and min(abs(p) for p in real) > 1e-9 * max(abs(p) for p in real)
+    return vector / readout, -pole, -real[1] if two_stores else 0.0

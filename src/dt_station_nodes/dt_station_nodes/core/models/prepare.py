@@ -21,7 +21,7 @@ MOST_SUBSTEPS = 8
 
 _ORDER = (Attachment.INPUT, Attachment.STATE, Attachment.OUTPUT)
 _EMPTY = np.zeros(0)
-_NOTHING = LinearPath(np.zeros((0, 0)), _EMPTY, _EMPTY, 0.0, _EMPTY, _EMPTY, 0.0, 0.0, 0.0, 0.0)
+_NOTHING = LinearPath(np.zeros((0, 0)), _EMPTY, _EMPTY, 0.0, _EMPTY, _EMPTY, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,19 +98,9 @@ def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath
 def standing(path: PreparedPath, above: float) -> Array:
     """Linear states, shape (n,), at which the output stands at `above` rest with the voltage that holds it there.
 
-    Least norm where an integrator leaves the state free.
+    In the companion form each state is the derivative of the next, so only the last one is not 0.
     """
-    linear = path.linear
-    n = linear.b.size
-    if n == 0:
-        return np.zeros(0)
-    system = np.zeros((n + 1, n + 1))
-    system[:n, :n] = linear.a - np.eye(n)
-    system[:n, n] = linear.b
-    system[n, :n] = linear.c
-    system[n, n] = linear.d
-    right = np.zeros(n + 1)
-    right[n] = above
-    scale = np.maximum(np.abs(system).max(axis=1), 1e-300)
-    solution = np.linalg.lstsq(system / scale[:, None], right / scale, rcond=None)[0]
-    return np.asarray(solution[:n], dtype=np.float64)
+    states = np.zeros(path.linear.b.size)
+    if states.size and path.linear.standing_gain != 0.0:
+        states[-1] = above / path.linear.standing_gain
+    return states
