@@ -32,7 +32,7 @@ def record(
 
     from ..nodes import recorder
     from ..records import Bag, RecordError
-    from ..records.bagwriter import LOSS, parse_loss
+    from ..records.losses import LOSS, parse_loss
 
     folder = out if out is not None else Path("runs") / f"record-{time.strftime('%Y%m%d-%H%M%S')}"
     if folder.exists():

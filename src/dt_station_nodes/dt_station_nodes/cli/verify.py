@@ -25,7 +25,8 @@ def verify(
     """
     from ..core.errors import StationError
     from ..nodes.configuration import find_config
-    from ..nodes.verification import Verifier, differing_files
+    from ..nodes.recorded_configuration import differing_files
+    from ..nodes.verification import Verifier
     from ..records import Bag
     from ..records.bagwriter import CONTEXT
     from ..records.provenance import provenance

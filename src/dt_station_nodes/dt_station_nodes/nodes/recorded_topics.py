@@ -31,13 +31,15 @@ def message_class(msgtype: str) -> Any:
 class TopicSlot:
     """A recorded topic. It enters the bag with its first message, when its writers' quality of service is known."""
 
-    __slots__ = ("_definition", "msgtype", "name", "number", "sequence")
+    __slots__ = ("_definition", "msgtype", "name", "number", "numbered", "sequence")
 
     def __init__(self, name: str, msgtype: str) -> None:
         self.name, self.msgtype = name, msgtype
         self.number: int | None = None
         self._definition = installed_definition(msgtype)
-        self.sequence: Callable[[bytes], int] = number_reader(kind_of(msgtype, self._definition))
+        kind = kind_of(msgtype, self._definition)
+        self.numbered = kind.numbered
+        self.sequence: Callable[[bytes], int] = number_reader(kind)
 
     def register(self, node: Node, writer: WriterThread) -> None:
         """Enter the topic into the bag, once."""

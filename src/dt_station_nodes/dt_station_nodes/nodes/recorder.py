@@ -119,7 +119,8 @@ class Recorder:
         if slot.number is None:
             slot.register(self._node, self._writer)
         self._writer.put(slot.number, slot.sequence(data), now, data)  # type: ignore[arg-type]
-        self._heard = time.monotonic()
+        if slot.numbered:
+            self._heard = time.monotonic()
 
     def _take_state(self, slot: TopicSlot, data: bytes) -> None:
         self._take(slot, data)

@@ -8,11 +8,11 @@ from pathlib import Path
 import yaml
 
 from .errors import RecordError
+from .losses import LOSS, TopicLoss, loss_text
 from .mcapwriter import McapWriter
 from .rosbag2 import NAME, BagInfo, FileInfo, TopicInfo, dump_info
 
 CONTEXT = "dt_station"
-LOSS = "dt_station_loss"
 ROSBAG2 = "rosbag2"
 _RETRY_S = 1.0
 
@@ -34,21 +34,6 @@ class RecordedTopic:
 
     info: TopicInfo
     definition: str
-
-
-@dataclass(slots=True)
-class TopicLoss:
-    """What became of a topic's messages: written, skipped numbers, dropped by the queue, refused by the disk."""
-
-    received: int = 0
-    lost: int = 0
-    dropped: int = 0
-    unwritten: int = 0
-
-    @property
-    def missing(self) -> int:
-        """Messages that are not in the bag."""
-        return self.lost + self.dropped + self.unwritten
 
 
 @dataclass(slots=True)
@@ -156,7 +141,9 @@ class BagWriter:
             TopicInfo(t.info.name, t.info.msgtype, count, t.info.qos, t.info.type_hash)
             for t, count in zip(self._topics, self._counts, strict=True)
         )
-        info = BagInfo("mcap", tuple(self._files), topics, "", {**self._context, **self._loss_text(LOSS + ".")})
+        info = BagInfo(
+            "mcap", tuple(self._files), topics, "", {**self._context, **loss_text(self._names(), self.loss, LOSS + ".")}
+        )
         path = self.folder / NAME
         try:
             temporary = path.with_suffix(".yaml.part")
@@ -229,7 +216,7 @@ class BagWriter:
                 self._counts[file.channels.index(channel)] -= count
             return {
                 CONTEXT: self._context,
-                LOSS: self._loss_text(),
+                LOSS: loss_text(self._names(), self.loss),
                 ROSBAG2: {"serialized_metadata": self._serialized(file)},
             }
 
@@ -256,21 +243,8 @@ class BagWriter:
         body = yaml.safe_load(dump_info(BagInfo("mcap", (about,), topics)))["rosbag2_bagfile_information"]
         return yaml.safe_dump(body, sort_keys=False, width=1 << 16)
 
-    def _loss_text(self, prefix: str = "") -> dict[str, str]:
-        return {
-            f"{prefix}{topic.info.name}": f"received={loss.received} lost={loss.lost} "
-            f"dropped={loss.dropped} unwritten={loss.unwritten}"
-            for topic, loss in zip(self._topics, self.loss, strict=True)
-        }
+    def _names(self) -> list[str]:
+        return [topic.info.name for topic in self._topics]
 
     def _trouble(self, error: OSError) -> None:
         self.problem = f"cannot write to {self.folder}: {error.strerror or error}"
-
-
-def parse_loss(text: str) -> TopicLoss:
-    """The counts of one topic from a bag's loss record."""
-    try:
-        values = dict(part.split("=", 1) for part in text.split())
-        return TopicLoss(*(int(values[name]) for name in ("received", "lost", "dropped", "unwritten")))
-    except (KeyError, ValueError):
-        raise RecordError(f"the bag's loss record is damaged ({text!r})") from None

@@ -1,66 +1,39 @@
 """One MCAP file, written a chunk at a time so that what has been flushed survives anything.
 
-Differs from the mcap library's writer, whose records it uses, in three ways: a chunk can be closed at
-any moment, a failed write leaves the file as it was before, and the end can be written on a full disk
-by giving up the last chunks. Format: https://mcap.dev/spec.
+Unlike the mcap library's writer, whose records it uses: a chunk can be closed at any moment, a failed write leaves
+the file as it was, and a full disk still gets an end, by giving up the last chunks. Format: https://mcap.dev/spec.
 """
 
 import contextlib
 import os
-import struct
 import zlib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 import zstandard
-from mcap.data_stream import RecordBuilder
-from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
     AttachmentIndex,
     Channel,
-    Chunk,
     ChunkIndex,
     DataEnd,
-    Footer,
     Header,
     McapRecord,
     Metadata,
     MetadataIndex,
     Schema,
     Statistics,
-    SummaryOffset,
 )
 
-MAGIC = b"\x89MCAP0\r\n"
+from .mcapchunk import OpenChunk
+from .mcaprecords import packed, summary
+from .mcapscan import MAGIC
+
 LEVEL = 3
-_MESSAGE = struct.Struct("<BQHIQQ")
-_MESSAGE_INDEX = struct.Struct("<BQHI")
 _SPARE = 1 << 14
 
 LastWords = Mapping[str, Mapping[str, str]]
-
-
-def packed(record: McapRecord) -> bytes:
-    """A record as its bytes."""
-    builder = RecordBuilder()
-    record.write(builder)
-    return bytes(builder.end())
-
-
-@dataclass
-class _Pending:
-    """The chunk being filled."""
-
-    definitions: list[bytes] = field(default_factory=list)
-    parts: list[bytes] = field(default_factory=list)
-    size: int = 0
-    start: int = 0
-    end: int = 0
-    count: int = 0
-    index: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -90,7 +63,7 @@ class McapWriter:
         self._chunks: list[_Kept] = []
         self._attachments: list[tuple[int, AttachmentIndex]] = []
         self._metadata: list[tuple[int, MetadataIndex]] = []
-        self._pending = _Pending()
+        self._pending = OpenChunk()
         self._compressor = zstandard.ZstdCompressor(level=LEVEL)
         self._append(MAGIC + packed(Header("ros2", library)))
 
@@ -128,19 +101,9 @@ class McapWriter:
             # again in chunks 1, 2, 4, 8...: one damaged chunk must not take the definitions with it
             self._unwritten = self._definitions()
         if self._unwritten:
-            chunk.definitions += self._unwritten
-            chunk.parts += self._unwritten
-            chunk.size += sum(map(len, self._unwritten))
+            chunk.define(self._unwritten)
             self._unwritten = []
-        if chunk.count:
-            chunk.start, chunk.end = min(chunk.start, log_time), max(chunk.end, log_time)
-        else:
-            chunk.start = chunk.end = log_time
-        chunk.index.setdefault(channel, []).append((log_time, chunk.size))
-        header = _MESSAGE.pack(5, 22 + len(data), channel, sequence & 0xFFFFFFFF, log_time, publish_time)
-        chunk.parts += (header, data)
-        chunk.size += len(header) + len(data)
-        chunk.count += 1
+        chunk.add(channel, sequence, log_time, publish_time, data)
 
     def flush(self) -> dict[int, int]:
         """Write the open chunk. Returns the messages per channel it held.
@@ -150,34 +113,19 @@ class McapWriter:
         chunk = self._pending
         if not chunk.count:
             return {}
-        data = b"".join(chunk.parts)
-        body = self._compressor.compress(data)
-        record = packed(Chunk("zstd", body, chunk.end, chunk.start, zlib.crc32(data), len(data)))
-        offsets, indexes, place = {}, [], self._offset + len(record)
-        for channel, entries in chunk.index.items():
-            packed_entries = np.array(entries, dtype="<u8").tobytes()
-            indexes.append(
-                _MESSAGE_INDEX.pack(Opcode.MESSAGE_INDEX, 6 + len(packed_entries), channel, len(packed_entries))
-                + packed_entries
-            )
-            offsets[channel] = place
-            place += len(indexes[-1])
-        index = ChunkIndex(
-            len(record), self._offset, "zstd", len(body), chunk.end, sum(map(len, indexes)), offsets, chunk.start,
-            len(data),
-        )  # fmt: skip
-        counts = {channel: len(entries) for channel, entries in chunk.index.items()}
+        record, index = chunk.packed(self._compressor, self._offset)
+        counts = chunk.counts()
         before = self._offset, self._crc
-        self._append(record + b"".join(indexes))
+        self._append(record)
         self._chunks.append(_Kept(*before, index, counts))
-        self._pending = _Pending()
+        self._pending = OpenChunk()
         return counts
 
     def discard(self) -> dict[int, int]:
         """Give up the open chunk; returns the messages per channel that are lost with it."""
-        chunk, self._pending = self._pending, _Pending()
+        chunk, self._pending = self._pending, OpenChunk()
         self._unwritten = [*chunk.definitions, *self._unwritten]
-        return {channel: len(entries) for channel, entries in chunk.index.items()}
+        return chunk.counts()
 
     def _definitions(self) -> list[bytes]:
         return [packed(record) for record in (*self._schemas.values(), *self._channels.values())]
@@ -223,10 +171,6 @@ class McapWriter:
                     _add(lost, self._give_up_last())
         finally:
             os.close(self._fd)
-
-    def abandon(self) -> None:
-        """Close the file without its end."""
-        os.close(self._fd)
 
     def statistics(self) -> Statistics:
         """Counts and times of what has been written."""
@@ -297,19 +241,6 @@ class McapWriter:
             list(indexes),
         ]
         return data + summary(groups, self._offset + len(data))
-
-
-def summary(groups: Sequence[Sequence[McapRecord]], start: int) -> bytes:
-    """Summary section, footer and magic for a data section that ends at `start`; one opcode a group."""
-    body, offsets = b"", b""
-    for records in groups:
-        group = b"".join(map(packed, records))
-        if group:
-            offsets += packed(SummaryOffset(group[0], start + len(body), len(group)))
-        body += group
-    footer = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, start + len(body))
-    crc = zlib.crc32(body + offsets + footer)
-    return body + offsets + packed(Footer(start, start + len(body), crc)) + MAGIC
 
 
 def _add(total: dict[int, int], more: Mapping[int, int]) -> None:

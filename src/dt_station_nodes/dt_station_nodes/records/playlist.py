@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from .bag import Bag
 from .bagrun import PLANT_STATE, STATE
+from .errors import RecordError
 from .sequences import Kind, kind_of, sequence_number, stamp_ns
 
 PACKAGE = "dt_station_msgs/msg/"
@@ -102,3 +103,39 @@ def playlist(bag: Bag, topics: Sequence[str]) -> Iterator[PlayedMessage]:
 def _drain(heap: list[tuple[int, int, int, PlayedMessage]]) -> Iterator[PlayedMessage]:
     while heap:
         yield heapq.heappop(heap)[3]
+
+
+def stretch(bag: Bag, topics: Sequence[str], from_s: float, to_s: float) -> Iterator[PlayedMessage]:
+    """The part of a playlist between two times (s from its start; `to_s` 0: to the end).
+
+    What is said of a whole run, the twin's model, belongs to every part of it.
+    """
+    base: int | None = None
+    for message in playlist(bag, topics):
+        base = message.due_ns if base is None else base
+        at_s = (message.due_ns - base) * 1e-9
+        if to_s and at_s + 1e-9 >= to_s:
+            return
+        if at_s + 1e-9 >= from_s or (not message.is_state and message.topic.endswith("twin/model")):
+            yield message
+
+
+def choose(bag: Bag, wanted: Sequence[str], inputs_only: bool) -> list[str]:
+    """Topics with messages to play: those that end as wanted, else the inputs of twin and shadow, or all."""
+    known = [name for name, topic in bag.topics.items() if topic.info.count]
+    if wanted:
+        return [name for name in known if any(name == w or name.endswith("/" + w.lstrip("/")) for w in wanted)]
+    chosen = [name for name in known if name.endswith(INPUTS)] if inputs_only else known
+    return [name for name in chosen if not name.endswith(("/clock", "/parameter_events", "/rosout"))]
+
+
+def renamed(topics: Sequence[str], remap: Sequence[str]) -> dict[str, str]:
+    """Topic -> the name it is played under; `remap` are OLD:=NEW. Raises RecordError."""
+    names = {topic: topic for topic in topics}
+    for word in remap:
+        old, _, new = word.partition(":=")
+        hits = [topic for topic in topics if topic == old or topic.endswith("/" + old.lstrip("/"))]
+        if not new or not hits:
+            raise RecordError(f"remap takes OLD:=NEW with OLD among the topics played, got {word!r}")
+        names.update(dict.fromkeys(hits, new))
+    return names
