@@ -3,13 +3,14 @@
 import math
 
 from ...channels import Channel
-from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, VELOCITY_GAIN, Doubles, effect_step
+from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, SUBSTEP, VELOCITY_GAIN, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    coulomb, static_excess, stribeck_velocity, asymmetry, load_share = p[0], p[1], p[2], p[3], p[4]
+    coulomb, static_excess, stribeck_velocity, asymmetry = p[0], p[1], p[2], p[3]
+    load_share, presliding = p[4], p[5]
     gain = c[VELOCITY_GAIN]
     if gain == 0.0:
         return value
@@ -19,6 +20,18 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         ratio = velocity / stribeck_velocity
         level += static_excess * math.exp(-ratio * ratio)
     level *= 1.0 + asymmetry if velocity > 0.0 else 1.0 - asymmetry
+    if presliding > 0.0:
+        # Bristle z' = v - |v| z / presliding, force level z / presliding, both at the sub-step's end: v from a quadratic.
+        h = c[SUBSTEP]
+        z = s[0]
+        pull = gain * level
+        sign = 1.0 if velocity * presliding - pull * z > 0.0 else -1.0
+        b = presliding + pull * h - sign * velocity * h
+        q = sign * (velocity * presliding - pull * z)
+        root = math.sqrt(max(b * b + 4.0 * h * q, 0.0))
+        speed = 2.0 * q / (b + root) if b > 0.0 else (root - b) / (2.0 * h)
+        s[0] = (z + h * sign * speed) / (1.0 + h * speed / presliding)
+        return value - level * s[0] / presliding
     # Implicit: exactly the force that would stop the piston within the sub-step, up to the friction level.
     needed = velocity / gain
     return value - min(max(needed, -level), level)
@@ -38,7 +51,7 @@ EFFECT = Effect(
             "static friction above Coulomb friction",
             0.0,
             1.0,
-            (0.05,),
+            (0.0, 0.05),
             optional=True,
         ),
         Parameter("stribeck_velocity", Quantity.VELOCITY, "Stribeck velocity", 0.0, 1.0, (0.05,), optional=True),
@@ -57,14 +70,24 @@ EFFECT = Effect(
             "1: holds against what the load pressure moves too, 0: only what the valve moves",
             0.0,
             1.0,
-            (0.0,),
+            (0.0, 1.0),
             neutral=1.0,
+            optional=True,
+        ),
+        Parameter(
+            "presliding",
+            Quantity.OUTPUT,
+            "way over which the contact's bristles bend before it slides",
+            0.0,
+            0.1,
+            (0.0, 0.003),
             optional=True,
         ),
     ),
     step=_step,
     check="Move slowly both ways and read the voltage needed at constant speed; look at seals, guides and alignment.",
-    source="Armstrong-Helouvry et al., Automatica 30 (1994) 1083; stick by implicit Euler as Acary & Brogliato (2008)",
+    source="Armstrong-Helouvry et al., Automatica 30 (1994) 1083; stick by implicit Euler; Dahl bristle (1968)",
+    state_size=1,
     channels=(Channel.POSITION,),
     sub_stepped=True,
 )

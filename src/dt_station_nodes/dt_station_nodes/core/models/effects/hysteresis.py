@@ -6,20 +6,31 @@ from .effect import Attachment, Effect, Parameter, Quantity
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    half_width, spread = p[0], p[1]
+    half_width, spread, bouc_wen, sharpness = p[0], p[1], p[2], p[3]
     if s[5] == 0.0:
         s[5] = 1.0
         for j in range(5):
             s[j] = value
+        s[6] = value
+    if bouc_wen > 0.0 and half_width > 0.0:
+        # Bouc-Wen with beta = gamma = 1/2: w z' = u' (1 - |z|^n) on the way out, w z' = u' on the way back.
+        move = (value - s[6]) / half_width
+        pieces = min(1 + int(abs(move) * 8.0), 400)
+        for _ in range(pieces):
+            toward = 1.0 if move * s[7] > 0.0 else 0.0
+            s[7] += move / pieces * (1.0 - toward * abs(s[7]) ** sharpness)
+        s[7] = min(max(s[7], -1.0), 1.0)
+    s[6] = value
     s[0] = min(max(s[0], value - half_width), value + half_width)
     if spread <= 0.0:
-        return s[0]
+        return (1.0 - bouc_wen) * s[0] + bouc_wen * (value - half_width * s[7])
     total = 0.0
     for j in range(1, 5):
         radius = half_width * 0.5 * j
         s[j] = min(max(s[j], value - radius), value + radius)
         total += s[j]
-    return (1.0 - spread) * s[0] + spread * total / 4.0
+    play = (1.0 - spread) * s[0] + spread * total / 4.0
+    return (1.0 - bouc_wen) * play + bouc_wen * (value - half_width * s[7])
 
 
 EFFECT = Effect(
@@ -34,12 +45,31 @@ EFFECT = Effect(
             "0: one sharp play operator, 1: four of spread widths, a smooth loop",
             0.0,
             1.0,
-            (0.5,),
+            (0.0, 0.5),
+            optional=True,
+        ),
+        Parameter(
+            "bouc_wen",
+            Quantity.RATIO,
+            "share of a Bouc-Wen loop instead, whose small loops drift",
+            0.0,
+            1.0,
+            (0.0, 1.0),
+            optional=True,
+        ),
+        Parameter(
+            "sharpness",
+            Quantity.RATIO,
+            "Bouc-Wen exponent: how sharp the loop's knees are",
+            0.3,
+            6.0,
+            (1.0, 2.0),
+            neutral=1.0,
             optional=True,
         ),
     ),
     step=_step,
     check="Run a slow triangle and compare the rising and the falling branch; try dither on the valve amplifier.",
-    source="Prandtl-Ishlinskii play operators; Visintin, Differential Models of Hysteresis (1994)",
-    state_size=6,
+    source="Prandtl-Ishlinskii play operators; Visintin, Differential Models of Hysteresis (1994); Wen, J. Eng. Mech. 102 (1976)",
+    state_size=8,
 )
