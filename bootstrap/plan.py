@@ -2,7 +2,7 @@
 
 import shutil
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -13,7 +13,8 @@ from .processes import Processes
 from .stages import Stage, digest, files_digest
 from .world import World, variables
 
-WARM_MODULE = "dt_station_nodes.core.models.warm"
+WARM_MODULE = "dt_station_nodes.cli.warm"
+COMPILED = ("core/models", "hardware/virtual", "identification/propagation.py", "identification/static_shape.py")
 
 
 class Workspace:
@@ -40,10 +41,8 @@ class Workspace:
 
     def warm(self, show: Show) -> None:
         """Compile the numba kernels into their cache."""
-        module = self.world.root / "src" / "dt_station_nodes" / Path(*WARM_MODULE.split(".")).with_suffix(".py")
-        if module.is_file():
-            command = [str(self.world.venv_python), "-m", WARM_MODULE]
-            self.processes.run(command, self.world.logs / "warm.log", self._env(), show)
+        command = [str(self.world.venv_python), "-m", WARM_MODULE]
+        self.processes.run(command, self.world.logs / "warm.log", self._env(), show)
 
     def _colcon(self, package: str, show: Show) -> None:
         env = self._env()
@@ -97,7 +96,8 @@ def plan(world: World, processes: Processes, environment: Mapping[str, str]) -> 
     manifest = [nodes / name for name in ("setup.py", "setup.cfg", "package.xml")]
     shared = [path for folder in (nodes / "launch", world.root / "config") for path in _files(folder)]
     layout = digest(messages, files_digest(nodes, manifest), *sorted(map(str, shared)))
-    kernels = files_digest(nodes, (nodes / "dt_station_nodes" / "core" / "models").rglob("*.py"))
+    compiled = [nodes / "dt_station_nodes" / name for name in COMPILED]
+    kernels = files_digest(nodes, [path for root in compiled for path in _files(root) if path.suffix == ".py"])
     headers_stages = []
     if not world.machine_has_headers():
         action = partial(debian.fetch_headers, world, processes, environment)
@@ -114,5 +114,6 @@ def plan(world: World, processes: Processes, environment: Mapping[str, str]) -> 
     ]
 
 
-def _files(folder: Path) -> Iterable[Path]:
-    return [path for path in folder.rglob("*") if path.is_file() and "__pycache__" not in path.parts]
+def _files(folder: Path) -> list[Path]:
+    found = folder.rglob("*") if folder.is_dir() else (folder,)
+    return [path for path in found if path.is_file() and "__pycache__" not in path.parts]
