@@ -20,13 +20,14 @@ class FuzzyMemory:
 class FuzzyLaw:
     """u_n = output_gain F(error_gain (x_n + lead dx/dt), load_gain p_n) + integral."""
 
-    __slots__ = ("_config", "_holds", "_i_step", "_lead", "_pull", "_surface")
+    __slots__ = ("_band", "_config", "_holds", "_i_step", "_lead", "_pull", "_surface")
 
     def __init__(self, config: FuzzyConfig, sample_time_s: float, transfer_time_s: float) -> None:
         self._config = config
         self._surface = surface(config)
         self._lead = config.error_lead_s / sample_time_s
         self._i_step = config.integral_gain * sample_time_s
+        self._band = math.inf if config.integral_band is None else config.integral_band
         self._pull = min(1.0, sample_time_s / config.tracking_time_s) if self._i_step else 0.0
         # The slope at no error stands where a PID has P.
         width = (config.error.range[1] - config.error.range[0]) / (config.grid[0] - 1) / config.error_gain
@@ -46,7 +47,10 @@ class FuzzyLaw:
             return memory, math.nan
         led = error if memory.error is None else error + self._lead * (error - memory.error)
         voltage = self._static(led, load) + memory.integral_v
-        return FuzzyMemory(memory.integral_v + self._i_step * error, error), voltage
+        integral = memory.integral_v
+        if -self._band <= error <= self._band:
+            integral += self._i_step * error
+        return FuzzyMemory(integral, error), voltage
 
     def cut(self, memory: FuzzyMemory, excess_v: float) -> FuzzyMemory:
         """Back-calculation of the integrating term."""

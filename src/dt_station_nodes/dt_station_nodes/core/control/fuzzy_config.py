@@ -60,7 +60,8 @@ class FuzzyConfig(_Frozen):
 
     `error_scale` turns the error (m or Pa) into the unit of `error`, `load_scale` Pa into that of `load`.
     The gains stretch what enters and leaves the rules (they are what tuning turns); `error_lead_s` adds the
-    error's rate times that time to it; `integral_gain` (V/s per unit of error) adds an integrating term.
+    error's rate times that time to it; `integral_gain` (V/s per unit of error) adds an integrating term, which
+    only integrates while the error is within `integral_band` (its unit), if given: a long move must not wind it up.
     `rules` says for each error term and each load term which voltage term follows.
     """
 
@@ -71,6 +72,7 @@ class FuzzyConfig(_Frozen):
     output_gain: Positive = 1.0
     error_lead_s: NotNegative = 0.0
     integral_gain: NotNegative = 0.0
+    integral_band: Positive | None = None
     tracking_time_s: Positive = Field(default=1.0, description="of the integrating term's back-calculation")
     error: FuzzyVariable
     load: FuzzyVariable

@@ -106,8 +106,8 @@ class FuzzySurface:
 def surface(config: FuzzyConfig) -> FuzzySurface:
     """The surface of a configuration; computed once for all that share variables, rules and grid."""
     # The gains act outside of the surface: tuning and live changes of them need no new one.
-    plain = {"error_gain": 1.0, "load_gain": 1.0, "output_gain": 1.0, "error_lead_s": 0.0, "integral_gain": 0.0}
-    return _surface(config.model_copy(update=plain).model_dump_json())
+    shaping = {"error_scale", "load_scale", "error", "load", "voltage", "rules", "grid"}
+    return _surface(config.model_dump_json(include=shaping))
 
 
 @lru_cache(maxsize=16)

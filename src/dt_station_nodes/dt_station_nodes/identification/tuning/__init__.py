@@ -1,0 +1,47 @@
+"""Controller tuning: Ziegler-Nichols, relay, constrained optimisation; forms and stability of what comes out."""
+
+from .criteria import StepFigures, error_index, step_figures
+from .errors import TuningError
+from .forms import continuous_pi, discrete_pi, error_scale, fuzzy_slopes, fuzzy_steepest, linear, printed, texts
+from .optimise import KNOBS, Tuning, crossed, optimise
+from .problem import Experiment, Goal, Trial, usual_experiment
+from .relay import RelayConfig, RelayOutcome, RelayState, RelayTuner
+from .stability import SlowPole, Stability, continuous_path, open_loop, sampled_path, stability
+from .ziegler_nichols import UltimatePoint, settings, tuned, ultimate_point
+
+__all__ = [
+    "KNOBS",
+    "Experiment",
+    "Goal",
+    "RelayConfig",
+    "RelayOutcome",
+    "RelayState",
+    "RelayTuner",
+    "SlowPole",
+    "Stability",
+    "StepFigures",
+    "Trial",
+    "Tuning",
+    "TuningError",
+    "UltimatePoint",
+    "continuous_path",
+    "continuous_pi",
+    "crossed",
+    "discrete_pi",
+    "error_index",
+    "error_scale",
+    "fuzzy_slopes",
+    "fuzzy_steepest",
+    "linear",
+    "open_loop",
+    "optimise",
+    "printed",
+    "sampled_path",
+    "settings",
+    "stability",
+    "step_figures",
+    "texts",
+    "tuned",
+    "ultimate_point",
+    "usual_experiment",
+]
