@@ -116,30 +116,3 @@ def test_replay_keeps_to_the_runs_sample_time(measured):
     assert open_backend("replay", {"run": measured, "sample_time_s": 0.02}).sample_time_s == 0.02
     with pytest.raises(StationError, match="sampled every"):
         open_backend("replay", {"run": measured, "sample_time_s": 0.01})
-
-
-class Installed:
-    """Stands for a package's entry point."""
-
-    name = "card"
-
-    def __init__(self, function):
-        self._function = function
-
-    def load(self):
-        return self._function
-
-
-def test_a_package_brings_its_own_backend(monkeypatch):
-    given = {}
-
-    def open_card(options):
-        given.update(options)
-        return FakeBackend(options["sample_time_s"])
-
-    points = {"dt_station.backends": [Installed(open_card)]}
-    monkeypatch.setattr("dt_station_nodes.hardware.factory.entry_points", lambda group: points.get(group, []))
-    assert open_backend("card", {"sample_time_s": 0.01, "port": 3}).sample_time_s == 0.01
-    assert given == {"sample_time_s": 0.01, "port": 3}
-    with pytest.raises(StationError, match="virtual, replay, fake, card"):
-        open_backend("crad", {})
