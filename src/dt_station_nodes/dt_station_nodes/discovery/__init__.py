@@ -1,0 +1,8 @@
+"""Discovery: finds, names and adds the effect that a model lacks."""
+
+from .data_checks import UnusableRunError
+from .engine import discover
+from .result import DiscoveryResult, Verdict
+from .settings import DiscoverySettings
+
+__all__ = ["DiscoveryResult", "DiscoverySettings", "UnusableRunError", "Verdict", "discover"]

@@ -1,0 +1,114 @@
+"""The hypotheses: each effect of the library at each of its places, with the starts its fit begins from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.channels import Channel
+from ..core.models import EffectSpec, PathSpec
+from ..core.models.effects import Attachment, Effect, Quantity, registry
+from .problem import Hypothesis, Problem, Term, effect_term, unit_of
+
+Array = NDArray[np.float64]
+Freed = Mapping[str, tuple[str, ...]]
+
+_MOST_COMBINATIONS = 24
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """An effect at a place (None: its usual one)."""
+
+    name: str
+    at: Attachment | None = None
+
+    @property
+    def effect(self) -> Effect:
+        """Library entry."""
+        return registry()[self.name]
+
+    @property
+    def required(self) -> tuple[str, ...]:
+        """Parameters of the plain form."""
+        return tuple(p.name for p in self.effect.parameters if not p.optional)
+
+    @property
+    def optional(self) -> tuple[str, ...]:
+        """Parameters that refine the form."""
+        return tuple(p.name for p in self.effect.parameters if p.optional)
+
+
+def library(channel: Channel) -> tuple[Candidate, ...]:
+    """Every effect that can act on a channel, at every place it may have."""
+    found = []
+    for name, effect in registry().items():
+        if channel in effect.channels:
+            found += [Candidate(name, at) for at in (None, *effect.also)]
+    return tuple(found)
+
+
+def in_vocabulary(name: str) -> bool:
+    """Whether an effect may be named."""
+    return registry()[name].vocabulary
+
+
+def _spectral_peaks(residual: Array, sample_time_s: float, count: int = 3) -> list[float]:
+    """Frequencies (Hz) of the highest peaks of a residual's spectrum."""
+    n = len(residual)
+    power = np.abs(np.fft.rfft((residual - residual.mean()) * np.hanning(n), 4 * n)) ** 2
+    frequencies = np.fft.rfftfreq(4 * n, sample_time_s)
+    power[frequencies < 1.5 / (n * sample_time_s)] = 0.0
+    peaks = []
+    for _ in range(count):
+        k = int(np.argmax(power))
+        peaks.append(float(frequencies[k]))
+        power[max(0, k - 12) : k + 13] = 0.0
+    return peaks
+
+
+def _grid(problem: Problem, candidate: Candidate, name: str, residual: Array) -> list[float]:
+    parameter = candidate.effect.parameter(name)
+    if candidate.name == "periodic_disturbance" and parameter.quantity is Quantity.FREQUENCY:
+        return _spectral_peaks(residual, problem.simulator.sample_time_s)
+    unit = unit_of(problem, parameter, candidate.at)
+    return [start * unit for start in parameter.starts]
+
+
+def add_effect(path: PathSpec, candidate: Candidate, parameters: Mapping[str, float]) -> PathSpec:
+    """The path with one more effect; a former one of the same name is replaced."""
+    kept = tuple(effect for effect in path.effects if effect.name != candidate.name)
+    complete = candidate.effect.complete(dict(parameters))
+    new = EffectSpec.model_construct(name=candidate.name, at=candidate.at, parameters=complete)
+    return path.model_copy(update={"effects": (*kept, new)})
+
+
+def hypothesis(problem: Problem, path: PathSpec, nominal: tuple[Term, ...], freed: Freed) -> Hypothesis:
+    """A hypothesis on a path: the nominal terms and the freed parameters of its effects."""
+    terms = list(nominal)
+    for index, spec in enumerate(path.effects):
+        effect = registry()[spec.name]
+        terms += [effect_term(problem, index, effect.parameter(p), spec.at) for p in freed.get(spec.name, ())]
+    return Hypothesis(path, tuple(terms))
+
+
+def plain_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
+    """Paths with the candidate in its plain form at every combination of its starts."""
+    grids = [_grid(problem, candidate, p, residual) for p in candidate.required]
+    combinations = list(product(*grids))
+    return [add_effect(path, candidate, dict(zip(candidate.required, c, strict=True))) for c in combinations]
+
+
+def refined_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
+    """Paths around a fitted plain form with the optional parameters at every combination of neutral and starts."""
+    spec = next(effect for effect in path.effects if effect.name == candidate.name)
+    grids = []
+    for name in candidate.optional:
+        parameter = candidate.effect.parameter(name)
+        values = _grid(problem, candidate, name, residual)
+        grids.append(values if len(candidate.optional) > 3 else list(dict.fromkeys([parameter.neutral, *values])))
+    combinations = list(product(*grids))[:_MOST_COMBINATIONS]
+    named = [dict(zip(candidate.optional, c, strict=True)) for c in combinations]
+    return [add_effect(path, candidate, {**spec.parameters, **chosen}) for chosen in named]

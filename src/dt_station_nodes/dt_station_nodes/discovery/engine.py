@@ -1,0 +1,206 @@
+"""`discover`: all stages over all channels of a run."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ..core.channels import Channel
+from ..core.errors import StationError
+from ..core.models import ModelSpec
+from ..core.models.effects import registry
+from ..core.run import Run
+from .channel import Finding, examine
+from .data_checks import check_run
+from .next_experiment import propose
+from .noise import effective_samples
+from .problem import Problem, make_problem
+from .proof import estimates, floor_figures, gap_figures, patched, trace
+from .result import (
+    DiscoveryResult,
+    Gap,
+    NamedEffect,
+    NextExperiment,
+    RankedCandidate,
+    RunFacts,
+    Verdict,
+)
+from .selection import in_vocabulary
+from .settings import DiscoverySettings
+from .verdict import confidence, overall, sentence, why
+from .where import locate
+
+Progress = Callable[[str], None]
+
+
+class ModelDoesNotFitError(StationError):
+    """The model has no path for any channel that the run measured."""
+
+
+def discover(
+    run: Run,
+    spec: ModelSpec,
+    validation: Run | None = None,
+    settings: DiscoverySettings | None = None,
+    progress: Progress | None = None,
+    jobs: int | None = None,
+) -> DiscoveryResult:
+    """Find what the model lacks on this run; `validation` is another run that no fit may see.
+
+    The same inputs give the same answer, whatever `jobs`. Ctrl-C during the search ends it with what is known.
+    Raises StationError where run or model cannot be examined.
+    """
+    chosen = settings or DiscoverySettings()
+    if jobs is not None:
+        chosen = replace(chosen, jobs=jobs)
+    checks = [check for check in check_run(run) if check.channel in spec.paths]
+    if not checks:
+        raise ModelDoesNotFitError(
+            f"model {spec.name} describes {', '.join(c.value for c in spec.paths)}, "
+            f"the run measured {', '.join(c.value for c in run.channels())}; choose another model"
+        )
+    notes = [note for check in checks for note in check.notes]
+    findings: list[Finding] = []
+    frozen: set[Channel] = set()
+    model = spec
+    for check in checks:
+        if not check.excited:
+            continue
+        if check.frozen_share > 0.0:
+            frozen.add(check.channel)
+        problem = make_problem(run, spec, check.channel, chosen, check.frozen)
+        finding = examine(problem, spec.paths[check.channel], chosen, progress)
+        if check.channel in frozen and finding.verdict is not Verdict.UNEXPLAINED:
+            finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")
+        findings.append(finding)
+        if finding.verdict is not Verdict.NOTHING_MISSING:
+            model = patched(model, check.channel, finding.best.fit.path)
+        if finding.interrupted:
+            break
+    return _result(run, spec, model, validation, chosen, notes, findings)
+
+
+def _result(
+    run: Run,
+    spec: ModelSpec,
+    model: ModelSpec,
+    validation: Run | None,
+    settings: DiscoverySettings,
+    notes: list[str],
+    findings: list[Finding],
+) -> DiscoveryResult:
+    effects: list[NamedEffect] = []
+    nominal = {}
+    proposal: NextExperiment | None = None
+    for finding in findings:
+        worth = effective_samples(finding.best.fit.residual)
+        numbers, by_effect = estimates(finding, worth)
+        channel = finding.problem.channel
+        nominal.update({f"{channel.value} {name}": value for name, value in numbers.items()})
+        if finding.verdict is Verdict.NAMED:
+            for place, name in enumerate(finding.best.added):
+                others = finding.alternatives[place] if place < len(finding.alternatives) else ()
+                entry = registry()[name]
+                effects.append(
+                    NamedEffect(
+                        name,
+                        channel,
+                        confidence(finding, others),
+                        by_effect[name],
+                        others,
+                        why(finding, name),
+                        entry.check,
+                    )
+                )
+            if proposal is None and any(finding.alternatives):
+                proposal = propose(finding, _same_size(finding))
+        elif finding.verdict is Verdict.PARAMETERS_ONLY:
+            effects.append(
+                NamedEffect(
+                    "parameter_mismatch",
+                    channel,
+                    confidence(finding, ()),
+                    numbers,
+                    (),
+                    "refitting the nominal parameters alone brings the gap to the noise floor",
+                )
+            )
+        elif finding.verdict is Verdict.UNEXPLAINED and proposal is None and finding.best.added and not finding.rival:
+            proposal = propose(finding, _runners_up(finding))
+    verdict = overall([finding.verdict for finding in findings])
+    if verdict is not Verdict.NAMED:
+        effects = [e for e in effects if e.name == "parameter_mismatch"] if verdict is Verdict.PARAMETERS_ONLY else []
+    else:
+        effects = [e for e in effects if e.name != "parameter_mismatch"]
+    checked = _validation(validation, spec, model, settings, findings)
+    figures = [(f.problem, f.given, f.best.fit.residual, f.verdict) for f in findings]
+    gap = Gap(
+        before={p.channel: gap_figures(p, given) for p, given, _, _ in figures},
+        after={
+            p.channel: gap_figures(p, given if v is Verdict.NOTHING_MISSING else best) for p, given, best, v in figures
+        },
+        noise_floor={f.problem.channel: floor_figures(f.problem, f.sigma) for f in findings},
+        validation_before={p.channel: gap_figures(p, p.residual(spec.paths[p.channel])) for p in checked},
+        validation_after={p.channel: gap_figures(p, p.residual(model.paths[p.channel])) for p in checked},
+    )
+    where = tuple(row for f in findings for row in locate(f.problem, f.null.fit.residual, f.sigma)[:6])
+    return DiscoveryResult(
+        verdict,
+        tuple(effects),
+        where,
+        gap,
+        proposal,
+        RunFacts(run.source, spec.name, "", len(run) * run.sample_time_s),
+        model.renamed(f"{spec.name}+{'+'.join(e.name for e in effects)}") if effects else model,
+        sentence(verdict, effects, findings, gap),
+        tuple(notes),
+        nominal,
+        _ranking(findings),
+        tuple(trace(f.problem, spec.paths[f.problem.channel], model.paths[f.problem.channel]) for f in findings),
+        tuple(trace(p, spec.paths[p.channel], model.paths[p.channel]) for p in checked),
+        any(f.interrupted for f in findings),
+    )
+
+
+def _validation(
+    validation: Run | None, spec: ModelSpec, model: ModelSpec, settings: DiscoverySettings, findings: list[Finding]
+) -> list[Problem]:
+    if validation is None:
+        return []
+    wanted = {f.problem.channel for f in findings}
+    usable = [check.channel for check in check_run(validation) if check.channel in wanted and check.excited]
+    return [make_problem(validation, spec, channel, settings) for channel in usable]
+
+
+def _same_size(finding: Finding) -> list:
+    names = {name for group in finding.alternatives for name in group}
+    return [
+        e
+        for e, _ in zip(finding.ranking, finding.scores, strict=True)
+        if len(e.added) == len(finding.best.added) and names & set(e.added) and e is not finding.best
+    ][:2]
+
+
+def _runners_up(finding: Finding) -> list:
+    return [e for e in finding.ranking if e.inside and e.added and e is not finding.best][:1]
+
+
+def _ranking(findings: list[Finding]) -> tuple[RankedCandidate, ...]:
+    rows = []
+    for finding in findings:
+        floor = finding.sigma**2
+        start = float(np.mean(finding.null.fit.residual**2)) - floor
+        for explanation, score in list(zip(finding.ranking, finding.scores, strict=True))[:14]:
+            power = float(np.mean(explanation.fit.residual**2))
+            explained = 1.0 - max(power - floor, 0.0) / start if start > 0.0 else 0.0
+            rows.append(
+                RankedCandidate(
+                    finding.problem.channel,
+                    explanation.added,
+                    power**0.5,
+                    float(np.clip(explained, 0.0, 1.0)),
+                    score,
+                    all(in_vocabulary(name) for name in explanation.added),
+                )
+            )
+    return tuple(rows)

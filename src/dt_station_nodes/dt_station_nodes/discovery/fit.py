@@ -1,0 +1,100 @@
+"""Bounded Gauss-Newton with Levenberg damping for simulation errors: small, deterministic, interruptible."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Residual = Callable[[Array], Array]
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A minimum: parameters (p,), residual (m,), Jacobian (m, p), sum of squares, evaluations spent."""
+
+    x: Array
+    residual: Array
+    jacobian: Array
+    cost: float
+    evaluations: int
+
+    def covariance(self, samples: float, of: int) -> Array:
+        """Covariance (p, p) of x with the residual's own variance, for `samples` effective ones `of` the data.
+
+        Directions the data do not hold get a very large variance.
+        """
+        p = len(self.x)
+        scale = np.maximum(np.linalg.norm(self.jacobian, axis=0), 1e-300)
+        normal = _gram(self.jacobian / scale)
+        variance = self.cost / max(of - p, 1) * (of / max(samples, 1.0))
+        inverse = np.linalg.pinv(normal + 1e-12 * np.eye(p), hermitian=True)
+        return inverse * variance / np.outer(scale, scale)
+
+
+def _gram(jacobian: Array) -> Array:
+    """J^T J without BLAS: its threads, waiting for each other, cost more than the sum on a busy machine."""
+    return np.einsum("ij,ik->jk", jacobian, jacobian)
+
+
+def _finite(values: Array) -> Array:
+    return np.nan_to_num(values, nan=1e8, posinf=1e8, neginf=-1e8)
+
+
+def _jacobian(fun: Residual, x: Array, r: Array, steps: Array, lower: Array, upper: Array) -> Array:
+    columns = np.empty((len(r), len(x)))
+    for j in range(len(x)):
+        moved = x.copy()
+        step = steps[j] if x[j] + steps[j] <= upper[j] else -steps[j]
+        moved[j] = min(max(x[j] + step, lower[j]), upper[j])
+        change = moved[j] - x[j]
+        columns[:, j] = (_finite(fun(moved)) - r) / change if change != 0.0 else 0.0
+    return columns
+
+
+def least_squares(
+    fun: Residual,
+    start: Array,
+    lower: Array,
+    upper: Array,
+    steps: Array,
+    iterations: int = 12,
+    tolerance: float = 1e-4,
+) -> Fitted:
+    """Minimise |fun(x)|^2 within bounds from `start`; `steps` (p,) are the finite differences' lengths.
+
+    Ends when an iteration lowers the cost by less than `tolerance` of it. Parameters at a bound that the
+    gradient pushes outwards are held for the iteration.
+    """
+    x = np.clip(start, lower, upper)
+    r = _finite(fun(x))
+    cost = float(r @ r)
+    spent = 1
+    damping = 1e-3
+    jacobian = np.zeros((len(r), len(x)))
+    for _ in range(iterations):
+        jacobian = _jacobian(fun, x, r, steps, lower, upper)
+        spent += len(x)
+        gradient = np.einsum("ij,i->j", jacobian, r)
+        free = ~(((x <= lower) & (gradient > 0.0)) | ((x >= upper) & (gradient < 0.0)))
+        if not free.any():
+            break
+        normal = _gram(jacobian[:, free])
+        diagonal = np.maximum(np.diag(normal), 1e-12 * max(float(np.diag(normal).max()), 1e-300))
+        before = cost
+        for _attempt in range(6):
+            step = np.zeros(len(x))
+            step[free] = np.linalg.lstsq(normal + damping * np.diag(diagonal), -gradient[free], rcond=None)[0]
+            trial = np.clip(x + step, lower, upper)
+            trial_r = _finite(fun(trial))
+            spent += 1
+            trial_cost = float(trial_r @ trial_r)
+            if trial_cost < cost:
+                x, r, cost = trial, trial_r, trial_cost
+                damping = max(damping * 0.2, 1e-7)
+                break
+            damping *= 8.0
+        if before - cost <= tolerance * before:
+            break
+    return Fitted(x, r, jacobian, cost, spent)

@@ -1,0 +1,100 @@
+"""Fitting a hypothesis to a problem: simulation error, priors on the nominal parameters, several starts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.models import PathSpec
+from .fit import Fitted, least_squares
+from .noise import effective_samples
+from .problem import Hypothesis, Problem
+
+Array = NDArray[np.float64]
+
+_STEP = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A hypothesis at its best parameters.
+
+    `rss`: sum of squares of the residual over the working sigma; `penalty`: what the nominal parameters'
+    priors cost; `residual` (n,) in the channel's unit.
+    """
+
+    hypothesis: Hypothesis
+    path: PathSpec
+    fitted: Fitted
+    residual: Array
+    rss: float
+    penalty: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effects on the path."""
+        return tuple(effect.name for effect in self.path.effects)
+
+    @property
+    def freedoms(self) -> int:
+        """Free numbers."""
+        return len(self.hypothesis.terms)
+
+
+def _prior(deviation: Array) -> Array:
+    """Residuals of a heavy-tailed prior: a square inside its width, a logarithm far outside."""
+    return np.asarray(np.sign(deviation) * np.sqrt(2.0 * np.log1p(0.5 * deviation**2)), dtype=np.float64)
+
+
+def fit_hypothesis(
+    problem: Problem,
+    hypothesis: Hypothesis,
+    starts: Sequence[Array] = (),
+    iterations: int = 10,
+    keep: int = 2,
+    mask: Array | None = None,
+) -> Fit:
+    """The best of the `keep` most promising starts, each refined; `mask` (n,) weighs samples for held-out blocks."""
+    home = hypothesis.start()
+    centres = np.array([term.centre for term in hypothesis.terms])
+    widths = np.array([term.prior for term in hypothesis.terms])
+    held = widths > 0.0
+    bounds = np.array([term.bounds for term in hypothesis.terms]).reshape(-1, 2)
+    sigma = problem.sigma
+
+    def residuals(x: Array) -> Array:
+        gap = problem.residual(hypothesis.path_at(x)) / sigma
+        if mask is not None:
+            gap = gap * mask
+        return np.concatenate([gap, _prior((x[held] - centres[held]) / widths[held])])
+
+    candidates = [home, *starts] if not starts else list(starts)
+    steps = np.array([_STEP if term.logarithmic or term.prior else 10.0 * _STEP for term in hypothesis.terms])
+    if len(candidates) > keep:
+        costs = [
+            float(np.sum(np.nan_to_num(residuals(np.clip(x, bounds[:, 0], bounds[:, 1])), nan=1e9) ** 2))
+            for x in candidates
+        ]
+        order = sorted(range(len(candidates)), key=lambda i: (costs[i], i))
+        candidates = [candidates[i] for i in order[:keep]]
+    best: Fitted | None = None
+    for x in candidates:
+        found = least_squares(residuals, x, bounds[:, 0], bounds[:, 1], steps, iterations)
+        if best is None or found.cost < best.cost:
+            best = found
+    assert best is not None
+    path = hypothesis.path_at(best.x)
+    residual = problem.residual(path)
+    penalty = float(np.sum(_prior((best.x[held] - centres[held]) / widths[held]) ** 2))
+    return Fit(hypothesis, path, best, residual, float(residual @ residual) / sigma**2, penalty)
+
+
+def misfit_score(fit: Fit, samples: float, count: int) -> float:
+    """Twice the negative log-likelihood with `samples` effective of `count` samples, priors included."""
+    return float(samples * np.log(max(fit.rss, 1e-12) / count) + fit.penalty)
+
+
+def samples_worth(fit: Fit) -> float:
+    """Effective number of samples of a fit's residual."""
+    return effective_samples(fit.residual)

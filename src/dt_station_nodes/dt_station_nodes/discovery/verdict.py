@@ -1,0 +1,66 @@
+"""The answer in words: one verdict over the channels, its sentence, and how sure it is."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .channel import Finding
+from .result import Gap, NamedEffect, Verdict
+
+_WEIGHT = (Verdict.NOTHING_MISSING, Verdict.PARAMETERS_ONLY, Verdict.UNEXPLAINED, Verdict.NAMED)
+
+
+def overall(verdicts: Sequence[Verdict]) -> Verdict:
+    """Named where any channel is, else unexplained where any is, else parameters, else nothing."""
+    return max(verdicts, key=_WEIGHT.index, default=Verdict.NOTHING_MISSING)
+
+
+def confidence(finding: Finding, alternatives: Sequence[str]) -> float:
+    """0..1 from the margin over the runner-up, the gain over the null and what is left unexplained."""
+    margin = 1.0 - float(np.exp(-max(finding.margin, 0.0) / 8.0))
+    gain = 1.0 - float(np.exp(-max(finding.gain, 0.0) / 20.0))
+    left = float(np.exp(-4.0 * max(finding.excess, 0.0)))
+    shared = 1.0 / (1 + len(alternatives))
+    return float(np.clip(max(margin, shared) * gain * left, 0.0, 0.999))
+
+
+def why(finding: Finding, name: str) -> str:
+    """One sentence of evidence for a named effect."""
+    explained = 100.0 * (1.0 - finding.excess)
+    rest = "what remains is noise" if finding.excess < 0.02 else f"{100.0 * finding.excess:.0f} % of the gap remains"
+    runner = next((e for e in finding.ranking if e.inside and e.added and name not in e.added), None)
+    against = ""
+    if runner is not None:
+        left = float(np.sqrt(runner.fit.rss / max(finding.best.fit.rss, 1e-300)))
+        against = f"; the best explanation without it ({' + '.join(runner.added)}) leaves {left:.2f} times the RMS"
+    return f"it explains {explained:.1f} % of the gap that refitted nominal parameters leave, {rest}{against}"
+
+
+def _spoken(effect: NamedEffect) -> str:
+    name = effect.name.replace("_", " ")
+    others = f" (or {' or '.join(a.replace('_', ' ') for a in effect.alternatives)})" if effect.alternatives else ""
+    return f"{name}{others} in the {effect.channel.value} path"
+
+
+def sentence(verdict: Verdict, effects: Sequence[NamedEffect], findings: Sequence[Finding], gap: Gap) -> str:
+    """The verdict as a person would say it."""
+    left = [f for f in findings if f.verdict is Verdict.UNEXPLAINED]
+    if verdict is Verdict.NAMED:
+        falls = []
+        for channel in dict.fromkeys(effect.channel for effect in effects):
+            before, after, floor = gap.before[channel].rms, gap.after[channel].rms, gap.noise_floor[channel].rms
+            falls.append(f"{before:.3g} to {after:.3g} {channel.unit} (noise floor {floor:.3g})")
+        text = f"The model lacks {' and '.join(_spoken(e) for e in effects)}; with it the RMS gap falls from {'; '.join(falls)}."
+        if left:
+            text += f" The gap of the {left[0].problem.channel.value} path stays unexplained."
+        return text
+    if verdict is Verdict.PARAMETERS_ONLY:
+        channels = " and ".join(effect.channel.value for effect in effects)
+        return f"No effect is missing: refitted nominal parameters of the {channels} path close the gap."
+    if verdict is Verdict.NOTHING_MISSING:
+        return "Nothing is missing: the model agrees with the measurement down to the noise."
+    finding = left[0]
+    channel = finding.problem.channel.value
+    if finding.rival:
+        return f"The gap of the {channel} path has structure that no named effect explains; it behaves like {finding.rival.replace('_', ' ')}."
+    return f"The gap of the {channel} path has structure that no named effect explains; the nearest leaves {100 * finding.excess:.0f} % of it."
