@@ -41,7 +41,9 @@ class Diagnostics:
         self._timer = node.create_timer(period_s, self.report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def report(self) -> None:
-        """Publish now."""
+        """Publish now; nothing where the node has already been told to stop."""
+        if not self._node.context.ok():
+            return
         health = self._collect()
         status = DiagnosticStatus(
             level=bytes([health.level.value]),
