@@ -35,15 +35,14 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class ExperimentPlan:
-    """A whole experiment; it ends early where the piston leaves |position - centre| <= travel."""
+    """A whole experiment; it ends early where the piston is further than `travel_m` from mid-stroke."""
 
     name: str
     purpose: str
     duration_s: float
     load: Drive
     position: Drive
-    centre_m: float = 0.0
-    travel_m: float = 0.24
+    travel_m: float = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,10 +91,10 @@ class ExperimentDriver:
     def step(self, state: DriverState, pressure_pa: float, position_m: float) -> tuple[DriverState, DriverOutput]:
         """Voltages for this sample. Raises IdentificationError where the piston has left its allowed travel."""
         plan = self.plan
-        if abs(position_m - plan.centre_m) > plan.travel_m:
+        if abs(position_m) > plan.travel_m:
             raise IdentificationError(
                 f"Experiment {plan.name} stopped at {state.sequence * self.sample_time_s:.2f} s: the piston is at "
-                f"{position_m:.3f} m, more than {plan.travel_m:g} m from {plan.centre_m:g} m; lower the amplitude."
+                f"{position_m:.3f} m, more than {plan.travel_m:g} m from mid-stroke; lower the amplitude."
             )
         time_s = state.sequence * self.sample_time_s
         load, load_setpoint, load_v = self._drive(plan.load, state.load, time_s, pressure_pa)
@@ -185,7 +184,6 @@ def experiments(
             t,
             _load(*_squares(0.0, top, 0.5, 1.1, 2.3, 4.1, duration_s=t)),
             hold,
-            centre_m,
         ),
         ExperimentPlan(
             "position-square",
@@ -193,7 +191,6 @@ def experiments(
             t,
             rest,
             Drive(setpoint=square, gain_v_per_unit=HOLD_V_PER_M),
-            centre_m,
         ),
         ExperimentPlan(
             "disturbance",
@@ -201,7 +198,6 @@ def experiments(
             t,
             _load(*_squares(0.0, top, 0.7, 1.3, 2.9, duration_s=t)),
             Drive(),
-            centre_m,
         ),
         ExperimentPlan(
             "pressure-triangle",
@@ -209,7 +205,6 @@ def experiments(
             slow,
             _load((0.0, Waveform(Shape.TRIANGLE, 0.5 * top, 0.5 * top, 2.0 / slow))),
             hold,
-            centre_m,
         ),
         ExperimentPlan(
             "position-triangle",
@@ -221,7 +216,6 @@ def experiments(
                 Waveform(Shape.CONSTANT, offset=centre_m),
                 2.0,
             ),
-            centre_m,
         ),
         ExperimentPlan(
             "joint",
@@ -229,7 +223,6 @@ def experiments(
             t,
             _load(*_squares(0.0, top, 0.5, 1.1, 2.3, 4.1, duration_s=t)),
             Drive(setpoint=replace(square, frequency_hz=0.37), gain_v_per_unit=HOLD_V_PER_M),
-            centre_m,
         ),
     )
     return {plan.name: plan for plan in plans}
