@@ -1,8 +1,10 @@
 """Running a scenario from a verb: progress, Ctrl-C, SIGTERM, and errors as sentences."""
 
+import os
 import signal
+import socket
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +14,9 @@ if TYPE_CHECKING:
     from ..nodes.offspring import Nursery
     from ..nodes.scenario import Scenario
     from ..nodes.statistics import RunStatistics
+
+# below 102 every port of a domain lies under Linux' ephemeral ports
+_DOMAINS = range(20, 60)
 
 
 @contextmanager
@@ -92,7 +97,7 @@ def explain(statistics: "RunStatistics") -> None:
         console.print("the run ended before its first report")
         return
     lines = [
-        f"{bridge['samples']} samples, {bridge['missed_samples']} missed, {bridge['overruns']} late by over half a period",
+        f"{bridge['samples']} samples, {bridge['missed_samples']} missed, {bridge['overruns']} late by half a period",
         f"{bridge['realtime_factor']:.3g} times real time ({bridge['pace']}, {bridge['sample_time_s'] * 1e3:g} ms)",
         "measurement to command: "
         + ", ".join(f"{name} {bridge[f'latency_{name}_s'] * 1e3:.3g} ms" for name in ("p50", "p99", "max")),
@@ -101,8 +106,8 @@ def explain(statistics: "RunStatistics") -> None:
         lines += [
             f"twin {shadow['model']}: {shadow['samples']} samples compared, {shadow['missed']} without partner",
             *(
-                f"  {channel}: ISE {shadow[f'{channel}_ise']:.4g} {unit}^2 s, RMS {shadow[f'{channel}_rms']:.4g} {unit}, "
-                f"fit {shadow[f'{channel}_fit']:.2f} %"
+                f"  {channel}: ISE {shadow[f'{channel}_ise']:.4g} {unit}^2 s, "
+                f"RMS {shadow[f'{channel}_rms']:.4g} {unit}, fit {shadow[f'{channel}_fit']:.2f} %"
                 for channel, unit in (("pressure", "Pa"), ("position", "m"))
             ),
         ]
@@ -111,3 +116,32 @@ def explain(statistics: "RunStatistics") -> None:
     for name, count in statistics.restarts.items():
         if count:
             console.print(f"[yellow]{name} was restarted {count} times[/yellow]")
+
+
+@contextmanager
+def private_domain() -> Iterator[None]:
+    """A ROS domain of the run's own, unless the user has chosen one: two demos side by side do not mix.
+
+    The holder is a socket name, so that the domain is free again however this process ends.
+    """
+    if os.environ.get("ROS_DOMAIN_ID"):
+        yield
+        return
+    holder = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    changed = {}
+    for domain in _DOMAINS:
+        with suppress(OSError):
+            holder.bind(f"\0dt_station/domain/{domain}")
+            changed = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+            break
+    before = {name: os.environ.get(name) for name in changed}
+    os.environ.update(changed)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+        holder.close()

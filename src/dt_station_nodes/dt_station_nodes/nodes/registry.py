@@ -33,7 +33,11 @@ def entry(executable: str) -> Callable[[Sequence[str] | None], int]:
 
 def factory(executable: str) -> Callable[[Any], Any]:
     """What makes the executable's own half from a node, for several nodes in one process. Raises UnknownNodeError."""
-    return _module(executable).make
+    module = _module(executable)
+    if hasattr(module, "make"):
+        return module.make
+    # one class named after its file
+    return getattr(module, executable.title().replace("_", ""))
 
 
 def _module(executable: str) -> Any:
