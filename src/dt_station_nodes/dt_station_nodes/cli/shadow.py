@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from .common import (
-    Failure,
     ForceOption,
     JsonOption,
     OutOption,
@@ -16,7 +15,6 @@ from .common import (
     find_config,
     load_model,
     output_dir,
-    progress,
 )
 
 if TYPE_CHECKING:
@@ -50,7 +48,7 @@ def shadow(
     _check(run, spec, file)
     folder = output_dir("shadow", out, force)
     station = _scenario(run, file, mapped, find_config("models", model), folder / "bag")
-    missed, factor = _drive(station, len(run))
+    missed, factor = _drive(station)
     found = _gap(folder / "bag")
     result = _result(run, spec, found, missed, factor)
     result["repeats_offline"] = _repeats_offline(run, spec, found)
@@ -83,27 +81,17 @@ def _scenario(run: "Run", file: Path, mapped: Path | None, model: Path, bag: Pat
         ),
         "daq_bridge": NodeSpec(parameters={"backend": "replay", "backend_options": source}),
     }  # fmt: skip
-    return Scenario(name="shadow", sample_time_s=run.sample_time_s, pace="lockstep", duration_s=0.0, nodes=nodes)
+    # The last row is the sample that ends the run.
+    length_s = (len(run) - 1) * run.sample_time_s
+    return Scenario(name="shadow", sample_time_s=run.sample_time_s, pace="lockstep", duration_s=length_s, nodes=nodes)
 
 
-def _drive(station: "Scenario", samples: int) -> tuple[int, float]:
+def _drive(station: "Scenario") -> tuple[int, float]:
     """Run the graph to the data's end; samples without a partner, and how many times faster than the data."""
-    from ..nodes.supervisor import RunError, Supervisor
+    from .station import private_domain, run_station
 
-    try:
-        with Supervisor(station) as graph, progress("shadow: measured data through the graph", samples) as advance:
-            done = 0
-
-            def report(observed: Any) -> None:
-                nonlocal done
-                now = int(observed.value("daq_bridge", "samples", 0))
-                advance(now - done)
-                done = now
-
-            graph.wait(report)
-            statistics = graph.stop()
-    except RunError as error:
-        raise Failure(str(error)) from None
+    with private_domain():
+        statistics = run_station(station, label="shadow: measured data through the graph")
     return int(statistics.shadow.get("missed", 0)), float(statistics.bridge.get("realtime_factor", float("nan")))
 
 
