@@ -58,31 +58,48 @@ def state_values(k: int) -> dict[str, float]:
     }
 
 
-def station_messages(samples: int) -> Iterator[tuple[str, int, int, bytes]]:
-    """(topic, sequence, log time ns, serialized) of a run, in order."""
+def station_messages(
+    samples: int, skip: frozenset[int] | set[int] = frozenset(), restart_at: int | None = None
+) -> Iterator[tuple[str, int, int, bytes]]:
+    """(topic, sequence, log time ns, serialized) of a run, in order; numbers begin anew at `restart_at`."""
     for k in range(samples):
+        if k in skip:
+            continue
+        number = k if restart_at is None or k < restart_at else k - restart_at
         stamp = START_NS + k * STEP_NS
         for i, topic in enumerate((STATE, LOAD, POSITION, TWIN)):
             if TYPES[topic].endswith("PlantState"):
-                body = make(TYPES[topic], stamp, "object", sequence=k, flags=0, reserved=0, **state_values(k))
+                body = make(TYPES[topic], stamp, "object", sequence=number, flags=0, reserved=0, **state_values(k))
             else:
                 values = {"voltage": 0.5 * k, "setpoint": float(100 + k) if topic == LOAD else 0.001 * k}
-                body = make(TYPES[topic], stamp, "station", sequence=k, mode=1, limited=False, **values)
-            yield topic, k, stamp + 1000 * i, bytes(STORE.serialize_cdr(body, TYPES[topic]))
+                body = make(TYPES[topic], stamp, "station", sequence=number, mode=1, limited=False, **values)
+            yield topic, number, stamp + 1000 * i, bytes(STORE.serialize_cdr(body, TYPES[topic]))
 
 
-def recorded(topic: str) -> RecordedTopic:
-    """A topic as the recorder registers it."""
+def recorded(topic: str, swap: tuple[str, str] | None = None) -> RecordedTopic:
+    """A topic as the recorder registers it; `swap` exchanges two fields in the definition, not in its hash."""
     text = installed_definition(TYPES[topic])
-    return RecordedTopic(TopicInfo(topic, TYPES[topic], 0, QOS, type_hash(TYPES[topic], text)), text)
+    digest = type_hash(TYPES[topic], text)
+    if swap is not None:
+        first, second = (f"float64 {name} " for name in swap)
+        text = text.replace(first, "@").replace(second, first).replace("@", second)
+    return RecordedTopic(TopicInfo(topic, TYPES[topic], 0, QOS, digest), text)
 
 
-def write_bag(folder: Path, samples: int = 100, options: WriterOptions | None = None, per_tick: int = 25) -> Path:
+def write_bag(
+    folder: Path,
+    samples: int = 100,
+    options: WriterOptions | None = None,
+    per_tick: int = 25,
+    skip: frozenset[int] | set[int] = frozenset(),
+    restart_at: int | None = None,
+    swap: tuple[str, str] | None = None,
+) -> Path:
     """A whole bag of a run; one chunk every `per_tick` samples."""
     writer = BagWriter(folder, options or WriterOptions(sync=False), {"version": "test"})
-    numbers = {topic: writer.topic(recorded(topic)) for topic in TYPES}
+    numbers = {topic: writer.topic(recorded(topic, swap)) for topic in TYPES}
     writer.attach("models/paper.yaml", "application/yaml", b"name: paper\n", START_NS)
-    for i, (topic, k, time_ns, data) in enumerate(station_messages(samples)):
+    for i, (topic, k, time_ns, data) in enumerate(station_messages(samples, skip, restart_at)):
         writer.write(numbers[topic], k, time_ns, data)
         if i % (4 * per_tick) == 4 * per_tick - 1:
             writer.tick(1.0 + i)

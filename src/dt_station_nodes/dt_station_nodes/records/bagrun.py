@@ -1,6 +1,6 @@
 """The run in a bag: what the object did, beside the set-points its controllers acted on."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,9 +113,7 @@ def plant_states(bag: Bag, ending: str, number: int | None = None) -> PlantState
         known = ", ".join(bag.topics) or "none"
         raise RecordError(f"{bag.path}: no topic {ending} of type {PLANT_STATE}; the bag has {known}")
     columns = bag.columns(topic, ["sequence", *_STAMP, *_FIELDS.values()])
-    for name in _FIELDS.values():
-        if len(columns["sequence"]) and columns[name].dtype.kind != "f":
-            raise RecordError(f"{bag.path}: the field {name} of {topic} is no floating-point number")
+    check_numbers(columns, _FIELDS.values(), f"{bag.path}: {topic}")
     states = PlantStates(
         f"{bag.path}: {topic}",
         columns["sequence"].astype(np.int64),
@@ -129,6 +127,15 @@ def plant_states(bag: Bag, ending: str, number: int | None = None) -> PlantState
     if number is not None and not 1 <= number <= runs:
         raise RecordError(f"{states.what} holds {runs} runs; there is no run {number}")
     return states if number is None else states.pick(slice(starts[number - 1], starts[number]))
+
+
+def check_numbers(columns: Mapping[str, NDArray[np.generic]], names: Iterable[str], what: str) -> None:
+    """Raise RecordError where a field is not the float64 that our messages have."""
+    for name in names:
+        if len(columns[name]) and columns[name].dtype != np.float64:
+            raise RecordError(
+                f"{what}: the field {name} is {columns[name].dtype}, not float64; these are not our messages"
+            )
 
 
 def _stamps(columns: dict[str, NDArray[np.generic]]) -> Numbers:

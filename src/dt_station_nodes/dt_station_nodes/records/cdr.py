@@ -23,7 +23,7 @@ _CODES = {
     "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8", "float32": "f4", "float64": "f8",
 }  # fmt: skip
 _HEADER = 4
-_PADDING = 7
+_PADDING = 3
 _MAX_FIELDS = 4096
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from ..core.channels import Channel
 from ..core.samples import PlantSample, SampleFlag, Setpoint
 from .bag import Bag
-from .bagrun import PLANT_STATE, STATE, TWIN
+from .bagrun import PLANT_STATE, STATE, TWIN, check_numbers
 from .errors import RecordError
 from .rerun import Output
 
@@ -18,6 +18,7 @@ RESIDUAL_FIELDS = tuple(
     f"{channel}_{figure}" for channel in ("position", "pressure") for figure in ("residual", "ise", "rms", "fit")
 )
 TOPICS = {Channel.PRESSURE: "load", Channel.POSITION: "position"}
+_WHOLE = {"sequence", "flags", "mode", "limited", "streaming"}
 _STAMP = ("header.stamp.sec", "header.stamp.nanosec")
 
 
@@ -59,6 +60,7 @@ def gather(bag: Bag) -> Evidence:
 def _columns(bag: Bag, topic: str, names: tuple[str, ...]) -> tuple[list[int], list[int], list[list[float]]]:
     """Log times, stamps and the named fields as Python numbers."""
     columns = bag.columns(topic, [*_STAMP, *names])
+    check_numbers(columns, set(names) - _WHOLE, f"{bag.path}: {topic}")
     stamps = columns[_STAMP[0]].astype(np.int64) * 1_000_000_000 + columns[_STAMP[1]].astype(np.int64)
     return columns["log_time"].tolist(), stamps.tolist(), [columns[name].tolist() for name in names]
 
