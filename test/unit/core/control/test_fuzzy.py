@@ -16,7 +16,7 @@ from dt_station_nodes.core.control.fuzzy_config import trapezoid
 CONTROLLERS = Path(__file__).resolve().parents[4] / "config" / "controllers"
 # scikit-fuzzy 0.5.0 calls numpy in a way that numpy 2.4 frowns upon.
 pytestmark = pytest.mark.filterwarnings("ignore:Passing more than 2 positional:DeprecationWarning")
-NAMES = ["position_fuzzy", "position_fuzzy_integral"]
+NAMES = ["position_fuzzy", "position_fuzzy_integral", "position_fuzzy_tuned"]
 
 
 def load(name: str = "position_fuzzy") -> LoopConfig:

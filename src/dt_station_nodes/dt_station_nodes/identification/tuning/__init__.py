@@ -6,7 +6,9 @@ from .forms import continuous_pi, discrete_pi, error_scale, fuzzy_slopes, fuzzy_
 from .optimise import KNOBS, Tuning, crossed, optimise
 from .problem import Experiment, Goal, Trial, usual_experiment
 from .relay import RelayConfig, RelayOutcome, RelayState, RelayTuner
+from .relay_experiment import RelayExperiment, RelayExperimentState, RelayOutput, run_relay
 from .stability import SlowPole, Stability, continuous_path, open_loop, sampled_path, stability
+from .usual import usual_goal, usual_relay
 from .ziegler_nichols import UltimatePoint, settings, tuned, ultimate_point
 
 __all__ = [
@@ -14,7 +16,10 @@ __all__ = [
     "Experiment",
     "Goal",
     "RelayConfig",
+    "RelayExperiment",
+    "RelayExperimentState",
     "RelayOutcome",
+    "RelayOutput",
     "RelayState",
     "RelayTuner",
     "SlowPole",
@@ -36,6 +41,7 @@ __all__ = [
     "open_loop",
     "optimise",
     "printed",
+    "run_relay",
     "sampled_path",
     "settings",
     "stability",
@@ -44,4 +50,6 @@ __all__ = [
     "tuned",
     "ultimate_point",
     "usual_experiment",
+    "usual_goal",
+    "usual_relay",
 ]
