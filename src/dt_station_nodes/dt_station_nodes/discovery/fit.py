@@ -26,7 +26,7 @@ class Fitted:
         Directions the data do not hold get a very large variance.
         """
         p = len(self.x)
-        scale = np.maximum(np.linalg.norm(self.jacobian, axis=0), 1e-300)
+        scale = np.maximum(np.linalg.norm(self.jacobian, axis=0), 1e-100)
         normal = _gram(self.jacobian / scale)
         variance = self.cost / max(of - p, 1) * (of / max(samples, 1.0))
         inverse = np.linalg.pinv(normal + 1e-12 * np.eye(p), hermitian=True)

@@ -1,90 +1,116 @@
-"""The report: one self-contained page that a control engineer would send to a colleague."""
+"""The report a control engineer sends to a colleague: one self-contained HTML text."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from jinja2 import Environment
 
 from ..core.channels import Channel
-from .report_figures import floors, ranking_figure, shown, trace_figure, where_figure
-from .report_page import PAGE
-from .result import DiscoveryResult, Estimate, Figures, RankedCandidate, Verdict
-
-_HEADLINE = {
-    Verdict.NAMED: "Effect found",
-    Verdict.PARAMETERS_ONLY: "Only parameters are off",
-    Verdict.NOTHING_MISSING: "Nothing is missing",
-    Verdict.UNEXPLAINED: "Something is missing that we cannot name",
-}
-_MOST_CANDIDATES = 10
+from ..core.models.effects import registry
+from .pictures import ranking_picture, svg, traces_picture, where_picture
+from .report_template import TEMPLATE
+from .result import DiscoveryResult, Figures
 
 
-def render_report(result: DiscoveryResult, reproduce: Mapping[str, str] | None = None) -> str:
-    """The page as text. `reproduce` holds what it takes to get it again: commands, versions, hashes by their label."""
-    floor = floors(result)
-    channels = [trace.channel for trace in result.traces]
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    environment.filters["si"] = significant
-    return environment.from_string(PAGE).render(
-        result=result,
-        headline=_HEADLINE[result.verdict],
-        named=result.verdict is Verdict.NAMED,
-        gap_rows=[row for channel in channels for row in _gap_rows(result, channel)],
-        traces=[(t.channel.value, trace_figure(t, floor.get(t.channel))) for t in result.traces],
-        validation=[(t.channel.value, trace_figure(t, floor.get(t.channel))) for t in result.validation_traces],
-        where=where_figure(result.where) if result.where else "",
-        rankings=[(c.value, rows, ranking_figure(rows)) for c in channels if (rows := _ranking(result, c))],
-        effects=[(e, [(n, interval(p)) for n, p in e.parameters.items()]) for e in result.effects],
-        nominal=[(name, interval(estimate)) for name, estimate in result.nominal.items()],
-        model=result.model.to_yaml(),
-        reproduce=dict(reproduce or {}),
-    )
-
-
-def significant(value: float) -> str:
-    """Four significant digits."""
+def _number(value: float) -> str:
     return f"{value:.4g}"
 
 
-def interval(estimate: Estimate) -> str:
-    """A value with its unit and 95 % interval."""
-    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
-    return f"{estimate.value:.4g}{unit}  (95 %: {estimate.low:.4g} to {estimate.high:.4g})"
+def _rows(result: DiscoveryResult) -> list[dict[str, str]]:
+    def one(label: str, figures: Figures, channel: Channel) -> dict[str, str]:
+        figure = figures[channel]
+        fit = "" if label.endswith("floor") else f"{figure.fit_percent:.2f}"
+        return {
+            "channel": channel.value,
+            "what": label,
+            "ise": _number(figure.ise),
+            "rms": f"{_number(figure.rms)} {channel.unit}",
+            "fit": fit,
+        }
+
+    gap = result.gap
+    tables = (
+        ("given model", gap.before),
+        ("model found", gap.after),
+        ("noise floor", gap.noise_floor),
+        ("validation run, given model", gap.validation_before),
+        ("validation run, model found", gap.validation_after),
+    )
+    return [one(label, figures, channel) for channel in gap.before for label, figures in tables if channel in figures]
 
 
-def _ranking(result: DiscoveryResult, channel: Channel) -> list[RankedCandidate]:
-    return [c for c in result.ranking if c.channel is channel][:_MOST_CANDIDATES]
-
-
-def _gap_rows(result: DiscoveryResult, channel: Channel) -> list[dict[str, str]]:
-    """Rows of the table of figures: this run and the validation run, before and after."""
-    unit = next((t.unit for t in result.traces if t.channel is channel), channel.unit)
-    factor, name = shown(unit)
-    rows = []
-    floor = result.gap.noise_floor.get(channel)
-
-    def add(run: str, model: str, table: Figures) -> None:
-        if channel in table:
-            one = table[channel]
-            over = f"{one.rms / floor.rms:.2f}" if floor and floor.rms > 0.0 and run == "this run" else ""
-            rows.append(
-                {
-                    "channel": channel.value,
-                    "run": run,
-                    "model": model,
-                    "rms": f"{one.rms * factor:.4g} {name}",
-                    "ise": f"{one.ise * factor**2:.4g} {name}² s",
-                    "fit": f"{one.fit_percent:.2f} %",
-                    "over": over,
-                }
-            )
-
-    add("this run", "as given", result.gap.before)
-    add("this run", "as found", result.gap.after)
-    add("validation", "as given", result.gap.validation_before)
-    add("validation", "as found", result.gap.validation_after)
-    if floor is not None:
-        noise = {"rms": f"{floor.rms * factor:.4g} {name}", "ise": f"{floor.ise * factor**2:.4g} {name}² s"}
-        rows.append(
-            {"channel": channel.value, "run": "this run", "model": "noise floor", "fit": "", "over": "", **noise}
+def _effects(result: DiscoveryResult) -> list[dict[str, Any]]:
+    library = registry()
+    found = []
+    for effect in result.effects:
+        entry = library.get(effect.name)
+        found.append(
+            {
+                "title": f"{effect.name.replace('_', ' ')} in the {effect.channel.value} path",
+                "sentence": entry.sentence if entry else "The nominal parameters differ from those given.",
+                "confidence": f"{100 * effect.confidence:.0f}",
+                "alternatives": ", ".join(a.replace("_", " ") for a in effect.alternatives),
+                "why": effect.why,
+                "check": effect.check,
+                "source": entry.source if entry else "",
+                "parameters": [
+                    {
+                        "name": name.replace("_", " "),
+                        "value": _number(p.value),
+                        "low": _number(p.low),
+                        "high": _number(p.high),
+                        "unit": p.unit,
+                        "meaning": entry.parameter(name).meaning if entry else "",
+                    }
+                    for name, p in effect.parameters.items()
+                ],
+            }
         )
-    return rows
+    return found
+
+
+def render(result: DiscoveryResult, facts: Sequence[tuple[str, str]], commands: Sequence[str], model_yaml: str) -> str:
+    """The HTML text; `facts` are what was examined with what (versions, hashes), `commands` reproduce it."""
+    floors = {channel: figures.rms for channel, figures in result.gap.noise_floor.items()}
+    pictures: Mapping[str, Any] = {
+        "run": [svg(traces_picture(t, floors[t.channel])) for t in result.traces],
+        "validation": [svg(traces_picture(t, floors[t.channel])) for t in result.validation_traces],
+        "where": svg(where_picture(result.where)) if result.where else "",
+        "ranking": svg(ranking_picture(result.ranking[:16])) if result.ranking else "",
+    }
+    ranking = [
+        {
+            "channel": row.channel.value,
+            "names": " + ".join(row.names).replace("_", " ") or "nominal parameters alone",
+            "explained": f"{100 * row.explained:.1f}",
+            "rms": f"{_number(row.rms)} {row.channel.unit}",
+            "behind": f"{row.behind_best:.0f}",
+            "outside": not row.inside_vocabulary,
+        }
+        for row in result.ranking
+    ]
+    nominal = [
+        {"name": n.replace("_", " "), "value": _number(p.value), "low": _number(p.low), "high": _number(p.high)}
+        for n, p in result.nominal.items()
+    ]
+    return (
+        Environment(autoescape=True)
+        .from_string(TEMPLATE)
+        .render(
+            sentence=result.sentence,
+            verdict=result.verdict.value.replace("_", " "),
+            interrupted=result.interrupted,
+            notes=result.data_notes,
+            effects=_effects(result),
+            nominal=nominal,
+            rows=_rows(result),
+            where=result.where,
+            ranking=ranking,
+            experiment=result.next_experiment,
+            pictures=pictures,
+            facts=facts,
+            commands=commands,
+            model_yaml=model_yaml,
+            run=result.run,
+        )
+    )

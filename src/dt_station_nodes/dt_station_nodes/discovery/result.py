@@ -155,7 +155,7 @@ class RankedCandidate:
 
     channel: Channel
     names: tuple[str, ...]
-    held_out_rms: float
+    rms: float
     explained: float
     behind_best: float
     inside_vocabulary: bool = True
