@@ -147,10 +147,12 @@ def test_a_pure_one_drifts_and_the_integrating_one_does_not() -> None:
     settled = {}
     for name in ("position_fuzzy", "position_fuzzy_integral"):
         controller = LoopController(load(name), 0.02)
-        state, y = controller.initial_state(), 0.05
+        state, y, v = controller.initial_state(), 0.05, 0.0
         for _ in range(3000):
             state, out = controller.step(state, ControlInput(0.05, y, 2e6))
-            y += 0.02 * (0.0884 * out.voltage_v - 0.01)
+            for _ in range(10):
+                v += 0.002 / 0.0428 * (0.0884 * out.voltage_v - 0.01 - v)
+                y += 0.002 * v
         settled[name] = abs(0.05 - y)
     assert settled["position_fuzzy"] > 1e-5
     assert settled["position_fuzzy_integral"] < 1e-8
