@@ -24,8 +24,6 @@ class Pace:
 
     def changed(self, rate: float, paused: bool, wall_ns: int, last_due_ns: int) -> "Pace":
         """Another rate or state from now on, going on from where the replay stands."""
-        if self.paused or self.rate <= 0.0:
-            stands = last_due_ns
-        else:
-            stands = max(last_due_ns, self.due_ns + round((wall_ns - self.wall_ns) * self.rate))
+        elapsed_ns = 0 if self.paused else round((wall_ns - self.wall_ns) * self.rate)
+        stands = max(last_due_ns, self.due_ns + elapsed_ns)
         return Pace(rate, paused, wall_ns, stands)
