@@ -29,7 +29,8 @@ def failures(cases: list[Judged]) -> str:
     """Every case that did not end exactly right, one line each."""
     lines = []
     for c in sorted(cases, key=lambda c: (c.kind, c.truth, c.number)):
-        if c.outcome in GOOD and c.verdict != "error":
+        expected = {"null": "nothing_missing", "mismatch": "parameters_only"}.get(c.kind, c.verdict)
+        if c.outcome in GOOD and c.verdict == expected != "error":
             continue
         truth = " + ".join(label(t) for t in c.truth) or "(nothing)"
         extra = f" alternatives {', '.join(c.alternatives)}" if c.alternatives else ""
@@ -72,12 +73,19 @@ def main(
         work = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered")(
             joblib.delayed(examine)(n, cases / "runs" / n, truth[n], spec, validate, follow) for n in chosen
         )
-        judged = sorted(track(work, "discovering", total=len(chosen)), key=lambda c: c.number)
+        judged: list[Judged] = []
+        for case in track(work, "discovering", total=len(chosen)):
+            judged.append(case)
+            if failed is not None:
+                failed.write_text(f"{len(judged)} of {len(chosen)} cases\n{failures(judged)}\n")
+        judged.sort(key=lambda c: c.number)
     report = figures(judged)
-    for f in report:
-        typer.echo(f"{f.what}: {'-' if f.value is None else f'{f.value:.1f}'} ({f.aim}; {f.count} cases)")
+    summary = "\n".join(
+        f"{f.what}: {'-' if f.value is None else f'{f.value:.1f}'} ({f.aim}; {f.count})" for f in report
+    )
+    typer.echo(summary)
     if failed is not None:
-        failed.write_text(failures(judged) + "\n")
+        failed.write_text(f"{summary}\n{failures(judged)}\n")
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
         out.write_text(page(judged, report, command))
