@@ -2,8 +2,23 @@
 
 import math
 
+from numba import njit
+
 from ..compiled import SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@njit(cache=True)
+def _lag(s: Doubles, at: int, time_constant: float, substep: float, value: float) -> float:
+    """Mean over the sub-step, exact for a held voltage, so that what follows gets the right area."""
+    if time_constant <= 1e-9:
+        s[at] = value
+        return value
+    ratio = substep / time_constant
+    left = math.exp(-ratio)
+    before = s[at]
+    s[at] = value + (before - value) * left
+    return value + (before - value) * (1.0 - left) / ratio
 
 
 @effect_step
@@ -11,26 +26,23 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[1] == 0.0:
         s[1] = 1.0
         s[0] = value
-    time_constant = p[0]
-    if time_constant <= 1e-9:
-        s[0] = value
-        return value
-    ratio = c[SUBSTEP] / time_constant
-    left = math.exp(-ratio)
-    before = s[0]
-    s[0] = value + (before - value) * left
-    # The mean over the sub-step, exact for a held voltage, so that the linear path gets the right area.
-    return value + (before - value) * (1.0 - left) / ratio
+        s[2] = value
+    return _lag(s, 2, p[1], c[SUBSTEP], _lag(s, 0, p[0], c[SUBSTEP], value))
 
 
 EFFECT = Effect(
     name="extra_lag",
     sentence="A further first-order lag slows the answer.",
     attachment=Attachment.INPUT,
-    parameters=(Parameter("time_constant_s", Quantity.TIME, "time constant of the lag", 0.0, 2.0, (0.01, 0.05, 0.2)),),
+    parameters=(
+        Parameter("time_constant_s", Quantity.TIME, "time constant of the lag", 0.0, 2.0, (0.01, 0.05, 0.2)),
+        Parameter(
+            "second_s", Quantity.TIME, "time constant of a second lag behind it", 0.0, 2.0, (0.02,), optional=True
+        ),
+    ),
     step=_step,
     check="Measure amplifier current against voltage, and the sensor's filter; compare the step answer's first part.",
     source="first-order element, exact for a held input",
-    state_size=2,
+    state_size=3,
     sub_stepped=True,
 )

@@ -6,31 +6,32 @@ from .effect import Attachment, Effect, Parameter, Quantity
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    half_width, spread, bouc_wen, sharpness = p[0], p[1], p[2], p[3]
-    if s[5] == 0.0:
-        s[5] = 1.0
-        for j in range(5):
+    half_width, spread, bouc_wen, sharpness, depth = p[0], p[1], p[2], p[3], p[4]
+    if s[9] == 0.0:
+        s[9] = 1.0
+        for j in range(9):
             s[j] = value
-        s[6] = value
+        s[10] = value
     if bouc_wen > 0.0 and half_width > 0.0:
         # Bouc-Wen with beta = gamma = 1/2: w z' = u' (1 - |z|^n) on the way out, w z' = u' on the way back.
-        move = (value - s[6]) / half_width
+        move = (value - s[10]) / half_width
         pieces = min(1 + int(abs(move) * 8.0), 400)
         for _ in range(pieces):
-            toward = 1.0 if move * s[7] > 0.0 else 0.0
-            s[7] += move / pieces * (1.0 - toward * abs(s[7]) ** sharpness)
-        s[7] = min(max(s[7], -1.0), 1.0)
-    s[6] = value
+            toward = 1.0 if move * s[11] > 0.0 else 0.0
+            s[11] += move / pieces * (1.0 - toward * abs(s[11]) ** sharpness)
+        s[11] = min(max(s[11], -1.0), 1.0)
+    s[10] = value
     s[0] = min(max(s[0], value - half_width), value + half_width)
-    if spread <= 0.0:
-        return (1.0 - bouc_wen) * s[0] + bouc_wen * (value - half_width * s[7])
-    total = 0.0
-    for j in range(1, 5):
-        radius = half_width * 0.5 * j
-        s[j] = min(max(s[j], value - radius), value + radius)
-        total += s[j]
-    play = (1.0 - spread) * s[0] + spread * total / 4.0
-    return (1.0 - bouc_wen) * play + bouc_wen * (value - half_width * s[7])
+    play = s[0]
+    if spread > 0.0:
+        total = 0.0
+        for j in range(1, 9):
+            radius = half_width * j / 4.5
+            s[j] = min(max(s[j], value - radius), value + radius)
+            total += s[j]
+        play = (1.0 - spread) * play + spread * total / 8.0
+    loop = (1.0 - bouc_wen) * play + bouc_wen * (value - half_width * s[11])
+    return value + depth * (loop - value)
 
 
 EFFECT = Effect(
@@ -42,7 +43,7 @@ EFFECT = Effect(
         Parameter(
             "spread",
             Quantity.RATIO,
-            "0: one sharp play operator, 1: four of spread widths, a smooth loop",
+            "0: one sharp play operator, 1: eight of spread widths, a smooth loop",
             0.0,
             1.0,
             (0.0, 0.5),
@@ -67,9 +68,19 @@ EFFECT = Effect(
             neutral=1.0,
             optional=True,
         ),
+        Parameter(
+            "depth",
+            Quantity.RATIO,
+            "share of the voltage that passes through the loop",
+            0.1,
+            2.0,
+            (1.0,),
+            neutral=1.0,
+            optional=True,
+        ),
     ),
     step=_step,
     check="Run a slow triangle and compare the rising and the falling branch; try dither on the valve amplifier.",
     source="Prandtl-Ishlinskii play operators; Visintin, Differential Models of Hysteresis (1994); Wen, J. Eng. Mech. 102 (1976)",
-    state_size=8,
+    state_size=12,
 )
