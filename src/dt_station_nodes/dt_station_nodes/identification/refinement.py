@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.run import Array
 from .sensitivity import respond, simulated
@@ -28,11 +29,12 @@ def refine(
     rate_rad_s: float,
     mask: Array | None = None,
     iterations: int = 60,
+    frozen: NDArray[np.bool_] | None = None,
 ) -> Refined:
     """Least squares of output minus simulation from a stable start.
 
-    `mask` (n,) weighs the squared errors, for blocks held out. Steps that leave the stable region
-    are refused, which shortens them.
+    `mask` (n,) weighs the squared errors, for blocks held out; `frozen` (size,) parameters stay as they are. Steps
+    that leave the stable region are refused, which shortens them.
     """
     weight = np.ones(len(data)) if mask is None else np.sqrt(mask)
     output, jacobian = respond(structure, theta, data, rate_rad_s)
@@ -41,6 +43,8 @@ def refine(
     converged = False
     for _ in range(iterations):
         weighted = jacobian * weight[:, None]
+        if frozen is not None:
+            weighted[:, frozen] = 0.0
         scale = np.linalg.norm(weighted, axis=0)
         scale[scale == 0.0] = 1.0
         normal = weighted / scale

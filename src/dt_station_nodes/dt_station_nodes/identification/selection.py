@@ -9,13 +9,15 @@ from ..core.run import Array
 from .errors import IdentificationError
 from .estimate import Estimate, estimate, fit_percent
 from .refinement import refine, rescaled
-from .structure import Data, Structure
+from .structure import Data, Structure, slices
 
 FOLDS = 4
 HOPELESS = 4.0
 """Squared simulation error, as a multiple of the best one's, above which a candidate is not cross-validated."""
 CLOSE = 0.05
-"""Held-out error above the best one's that a smaller model may have at most, whatever the standard error."""
+PARAMETERS_WORTH = 10.0
+"""Held-out error above the best one's that a smaller model may have: a share, and what so many parameters would
+explain of noise."""
 
 
 @dataclass(frozen=True)
@@ -104,12 +106,17 @@ def cross_validate(fitted: Estimate, data: Data, folds: int = FOLDS) -> tuple[Ar
     """Mean squared simulation errors on blocks left out of the fit in turn, and the fit % over all of them."""
     edges = np.linspace(0, len(data), folds + 1).astype(int)
     theta = rescaled(fitted.structure, fitted.theta, 1.0, fitted.rate_rad_s)
+    # what only the first block shows stays as the whole run has it
+    starting = np.zeros(theta.size, dtype=bool)
+    for where in slices(fitted.structure):
+        starting[where[3]] = True
     errors = np.empty(folds)
     joined = np.empty(len(data))
     for i in range(folds):
         mask = np.ones(len(data))
         mask[edges[i] : edges[i + 1]] = 0.0
-        output = refine(fitted.structure, theta, data, fitted.rate_rad_s, mask, iterations=10).output
+        frozen = starting if i == 0 else None
+        output = refine(fitted.structure, theta, data, fitted.rate_rad_s, mask, 10, frozen).output
         block = slice(edges[i], edges[i + 1])
         errors[i] = float(np.mean((data.output[block] - output[block]) ** 2))
         joined[block] = output[block]
@@ -121,12 +128,13 @@ def choose(candidates: Sequence[Candidate]) -> Selection:
     trusted = [c for c in candidates if not c.doubt] or list(candidates)
     best = min(trusted, key=lambda c: (float(np.mean(c.held_out)), c.estimate.cost))
     level = float(np.mean(best.held_out))
+    close = min(CLOSE, PARAMETERS_WORTH / best.estimate.noise.effective_samples)
     for candidate in sorted(trusted, key=lambda c: (c.estimate.structure.size, float(np.mean(c.held_out)))):
         if not np.all(np.isfinite(candidate.held_out)):
             continue
         excess = candidate.held_out - best.held_out
         spread = float(np.std(excess, ddof=1)) / np.sqrt(excess.size)
-        if float(np.mean(excess)) <= max(min(spread, CLOSE * level), 0.002 * level):
+        if float(np.mean(excess)) <= max(min(spread, close * level), 0.002 * level):
             break
     if candidate is best:
         why = "it has the least error on the blocks left out, and no smaller model comes near it"

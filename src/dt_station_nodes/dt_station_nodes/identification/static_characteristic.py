@@ -10,11 +10,26 @@ from .errors import IdentificationError
 from .estimate import Interval, fit_percent
 from .excitation import check_excitation, check_response, signal_of
 from .noise import Z95, noise_colour
-from .static_shape import CENTRE, DEAD, GAIN, HALF_WIDTH, LOWER, REST, SPREAD, UPPER, StaticData, fit_shape, observed
+from .static_shape import (
+    CENTRE,
+    DEAD,
+    GAIN,
+    HALF_WIDTH,
+    LOWER,
+    REST,
+    SPREAD,
+    UPPER,
+    StaticData,
+    fit_shape,
+    lagged,
+    observed,
+)
 from .station import output_scale
 
 BRANCH_BINS = 60
 MOST_RESIDUALS = 3000
+LEAST_SHARE = 0.002
+"""Features narrower than this share of the voltage's swing are not told from none."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +66,7 @@ class StaticCharacteristic:
 
 
 def static_characteristic(run: Run, channel: Channel, lag_s: float = 0.0) -> StaticCharacteristic:
-    """Fit the characteristic to a slow run; `lag_s` is the linear path's lag, which otherwise widens the loop.
+    """Fit the characteristic to a slow run; the linear path's lag, `lag_s`, otherwise widens and rounds the loop.
 
     On the pressure path the output is the pressure itself, on the position path its rate. Raises
     IdentificationError where the voltage does not go up and down.
@@ -62,9 +77,6 @@ def static_characteristic(run: Run, channel: Channel, lag_s: float = 0.0) -> Sta
     scale = output_scale(run, channel)
     voltage = signal_of(run, channel.voltage_signal)
     output = signal_of(run, channel.signal) / scale
-    shift = round(lag_s / run.sample_time_s)
-    if shift:
-        voltage, output = voltage[:-shift], output[shift:]
     if _reversals(voltage, 0.5 * float(np.ptp(voltage))) < 2:
         raise IdentificationError(
             f"{run.source or 'The run'}: {channel.voltage_signal} does not go up and down; "
@@ -73,7 +85,7 @@ def static_characteristic(run: Run, channel: Channel, lag_s: float = 0.0) -> Sta
     stride = max(1, len(output) // MOST_RESIDUALS)
     window = max(stride, len(output) // 300) if integrating else 1
     target = observed(output, integrating, window, stride, run.sample_time_s)
-    data = StaticData(voltage, target, integrating, window, stride, run.sample_time_s)
+    data = StaticData(voltage, target, integrating, window, stride, run.sample_time_s, max(lag_s, 0.0))
     fitted = fit_shape(data)
     modelled = data.model(fitted.theta)
     intervals = _intervals(fitted.theta, fitted.jacobian, target - modelled)
@@ -82,7 +94,8 @@ def static_characteristic(run: Run, channel: Channel, lag_s: float = 0.0) -> Sta
         intervals[REST] = Interval(-gain * null.value, -gain * null.high, -gain * null.low)
 
     def seen(feature: int) -> Interval | None:
-        return intervals[feature] if fitted.free[feature] else None
+        large = feature in (UPPER, LOWER) or fitted.theta[feature] > LEAST_SHARE * np.ptp(voltage)
+        return intervals[feature] if fitted.free[feature] and large else None
 
     width = seen(HALF_WIDTH)
     return StaticCharacteristic(
@@ -92,12 +105,12 @@ def static_characteristic(run: Run, channel: Channel, lag_s: float = 0.0) -> Sta
         intervals[REST],
         intervals[GAIN],
         width,
-        seen(SPREAD) if width is not None else None,
+        intervals[SPREAD] if width is not None and fitted.free[SPREAD] else None,
         seen(DEAD),
         intervals[CENTRE] if integrating and data.two_sided else None,
         seen(UPPER),
         seen(LOWER),
-        *_branches(voltage, output, run.sample_time_s, integrating),
+        *_branches(lagged(voltage, data.lag_s, run.sample_time_s), output, run.sample_time_s, integrating),
         fit_percent(target, modelled),
     )
 

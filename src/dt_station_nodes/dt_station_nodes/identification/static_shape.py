@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from scipy.signal import lfilter
 
 from ..core.run import Array
 
@@ -57,6 +58,7 @@ class StaticData:
     window: int
     stride: int
     sample_time_s: float
+    lag_s: float = 0.0
 
     @property
     def two_sided(self) -> bool:
@@ -65,13 +67,22 @@ class StaticData:
 
     def model(self, theta: Array) -> Array:
         """Modelled target, (m,)."""
-        effective = shaped(self.voltage, theta)
+        effective = lagged(shaped(self.voltage, theta), self.lag_s, self.sample_time_s)
         if self.integrating:
             # an integrating path stands still in the middle of its dead zone
             effective = effective - theta[CENTRE]
-            effective = np.concatenate(([0.0], np.cumsum(effective[:-1]) * self.sample_time_s))
+            between = 0.5 * (effective[:-1] + effective[1:]) if self.lag_s > 0.0 else effective[:-1]
+            effective = np.concatenate(([0.0], np.cumsum(between) * self.sample_time_s))
         seen = observed(effective, self.integrating, self.window, self.stride, self.sample_time_s)
         return np.asarray(theta[REST] + theta[GAIN] * seen)
+
+
+def lagged(held: Array, lag_s: float, sample_time_s: float) -> Array:
+    """A held signal behind a first-order lag, settled at its first value."""
+    if lag_s <= 0.0:
+        return held
+    decay = np.exp(-sample_time_s / lag_s)
+    return np.asarray(held[0] + lfilter([0.0, 1.0 - decay], [1.0, -decay], held - held[0]))
 
 
 def observed(output: Array, integrating: bool, window: int, stride: int, sample_time_s: float) -> Array:

@@ -38,6 +38,7 @@ class TransferFunction:
         if self.delay_s < 0.0:
             raise IdentificationError(f"A delay cannot be negative, got {self.delay_s} s.")
         lead = denominator[0]
+        numerator = numerator if numerator.size else np.zeros(1)
         object.__setattr__(self, "numerator", tuple(float(c) for c in numerator / lead))
         object.__setattr__(self, "denominator", tuple(float(c) for c in denominator / lead))
 
@@ -61,8 +62,6 @@ class TransferFunction:
 
     def gain(self) -> float:
         """DC gain, or of an integrating path its gain K in K/s^r (output units per input unit and s^r)."""
-        if not self.numerator:
-            return 0.0
         return self.numerator[-1] / self.denominator[-1 - self.integrators]
 
     def stable(self) -> bool:
