@@ -61,25 +61,25 @@ class Plant(Protocol):
 class ModelPlant:
     """A model in the place of an object; remembers where it is."""
 
-    __slots__ = ("_model", "state")
+    __slots__ = ("model", "state")
 
     def __init__(self, model: PlantModel, state: ModelState | None = None) -> None:
-        self._model = model
+        self.model = model
         self.state = model.initial_state() if state is None else state
 
     @property
     def sample_time_s(self) -> float:
         """Time between two reads, s."""
-        return self._model.sample_time_s
+        return self.model.sample_time_s
 
     def read(self) -> Sensors:
         """The model's outputs."""
-        return self._model.output(self.state)
+        return self.model.output(self.state)
 
     def write(self, load_voltage_v: float, servo_voltage_v: float) -> Voltages:
         """Advance the model by one sample."""
         given = ModelInput(load_voltage_v, servo_voltage_v)
-        self.state, _ = self._model.step(self.state, given)
+        self.state, _ = self.model.step(self.state, given)
         return given
 
 
