@@ -1,5 +1,6 @@
 """`dt-station demo`: the paper's experiment on the virtual rig, with a table and a report."""
 
+import importlib
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,15 +13,13 @@ if TYPE_CHECKING:
     from ..nodes.scenario import Scenario
     from .demo_table import DemoRun
 
-_RUNS = (("pid", "position by PID", {}), ("fuzzy", "position by fuzzy control", {"mode": "fuzzy"}))
+_RUNS = (("pid", "position by PID"), ("fuzzy", "position by fuzzy control"))
 _ZIEGLER_NICHOLS_S = 12.0
 
 
 def demo(
     *,
-    realtime: Annotated[
-        bool, typer.Option("--realtime", help="Hold the sample time of 20 ms; lockstep otherwise.")
-    ] = False,
+    realtime: Annotated[bool, typer.Option("--realtime", help="Hold 20 ms; lockstep otherwise.")] = False,
     discovery: Annotated[
         bool, typer.Option("--discover/--no-discover", help="End by naming the effect the twin lacks.")
     ] = True,
@@ -45,7 +44,7 @@ def demo(
     started = time.monotonic()
     with private_domain():
         runs = _drive(scenario, folder)
-    bags = [folder / "bags" / name for name, _, _ in _RUNS]
+    bags = [folder / "bags" / name for name, _ in _RUNS]
     rows = table(runs)
     found = _discover(bags[0], folder / "discovery") if discovery else None
     report = write_report(folder / "report.html", runs, rows, found)
@@ -78,23 +77,26 @@ def _drive(scenario: "Scenario", folder: Path) -> "dict[str, DemoRun]":
     from .station import run_station
 
     attached = [str(config_dir() / "scenarios" / "paper.yaml")]
-    plans = [(name, text, scenario.with_parameters("position_controller", **changes)) for name, text, changes in _RUNS]
+    fuzzy = scenario.with_parameters("position_controller", mode="fuzzy")
     slow = scenario.changed(duration_s=_ZIEGLER_NICHOLS_S).with_parameters(
         "pressure_controller", config="pressure_pi_zn"
     )
-    slow = slow.with_parameters("twin_simulator", load_config="pressure_pi_zn")
-    plans.append(("ziegler_nichols", "pressure by the Ziegler-Nichols PI", slow))
+    scenarios = {
+        "pid": scenario,
+        "fuzzy": fuzzy.with_parameters("twin_simulator", **{"position.mode": "fuzzy"}),
+        "ziegler_nichols": slow.with_parameters("twin_simulator", load_config="pressure_pi_zn"),
+    }
+    titles = {**dict(_RUNS), "ziegler_nichols": "pressure by the Ziegler-Nichols PI"}
     runs = {}
     (folder / "bags").mkdir(exist_ok=True)
     nursery = Nursery([each.executable for each in plan(scenario)] + ["recorder"])
     try:
-        for name, text, chosen in plans:
+        for name, chosen in scenarios.items():
             bag = folder / "bags" / name
             recorder = NodeSpec(executable="recorder", parameters={"out": str(bag.resolve()), "attach": attached})
-            if chosen.nodes["position_controller"].parameters.get("mode") == "fuzzy":
-                chosen = chosen.with_parameters("twin_simulator", **{"position.mode": "fuzzy"})
-            statistics = run_station(chosen.with_nodes(recorder=recorder), nursery=nursery, label=f"demo: {text}")
-            runs[name] = DemoRun.from_bag(bag, text, statistics)
+            recorded = chosen.with_nodes(recorder=recorder)
+            statistics = run_station(recorded, nursery=nursery, label=f"demo: {titles[name]}")
+            runs[name] = DemoRun.from_bag(bag, titles[name], statistics)
     finally:
         nursery.close()
     return runs
@@ -103,10 +105,10 @@ def _drive(scenario: "Scenario", folder: Path) -> "dict[str, DemoRun]":
 def _discover(bag: Path, folder: Path) -> dict[str, Any] | None:
     """The effect the twin lacks, found from the PID run's bag; None where discovery is not installed."""
     try:
-        from .discover import discover_for_demo
+        module = importlib.import_module(".discover", __package__)
     except ImportError:
         return None
-    found: dict[str, Any] | None = discover_for_demo(bag, folder)
+    found: dict[str, Any] = module.discover_for_demo(bag, folder)
     return found
 
 

@@ -29,7 +29,7 @@ def write_report(
     """Write the page and return its path."""
     figures = [
         _figure(_pressure(runs["pid"]), "Load pressure: set-point, object and twin. The loop is the optimised PI."),
-        _figure(_errors(runs), "Position error in cm; the grey span is the one of the paper's index (8)."),
+        _figure(_errors(runs), "Position error in mm; the grey span is the one of the paper's index (8)."),
         _figure(_voltages(runs), "Voltages of the servo valve and the relief valve."),
     ]
     body = [
@@ -44,7 +44,8 @@ def write_report(
     ]
     page = (
         '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>dt-station demo</title>'
-        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body>{"".join(body)}</body></html>'
+        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head>'
+        f"<body>{''.join(body)}</body></html>"
     )
     path.write_text(page, encoding="utf-8")
     return path
@@ -54,8 +55,8 @@ def _verdict(rows: Sequence[Mapping[str, Any]], runs: Mapping[str, DemoRun]) -> 
     ours = {row["what"]: row["ours"] for row in rows}
     missed = sum(run.statistics.bridge["missed_samples"] for run in runs.values())
     return (
-        f"Under a square load the position error index (8) is {ours['position error index (8), pid']:.4g} cm^2 with PID "
-        f"and {ours['position error index (8), fuzzy']:.4g} cm^2 with fuzzy control, against 1.3031 and 1.8612 on the "
+        f"Under a square load the position error index (8) is {ours['position error index (8), pid']:.4g} mm^2 by PID "
+        f"and {ours['position error index (8), fuzzy']:.4g} mm^2 with fuzzy control, against 1.3031 and 1.8612 on the "
         f"paper's rig; {missed} samples were missed."
     )
 
@@ -135,13 +136,13 @@ def _errors(runs: Mapping[str, DemoRun]) -> str:
     figure, axes = _axes(2)
     for axis, name in zip(axes, ("pid", "fuzzy"), strict=True):
         signals, time = runs[name].run.signals, runs[name].run.time_s - runs[name].run.start_s
-        error = 100.0 * (signals["position_setpoint_m"] - signals["position_m"])
+        error = 1000.0 * (signals["position_setpoint_m"] - signals["position_m"])
         span = (time >= INDEX_FROM_S) & (time < INDEX_TO_S)
         axis.axvspan(INDEX_FROM_S, INDEX_TO_S, color="#8888", alpha=0.15, linewidth=0)
         axis.plot(time, error, color="#1769aa", linewidth=0.9)
         largest = float(abs(error[span]).max()) or 1.0
         axis.set_ylim(-1.3 * largest, 1.3 * largest)
-        axis.set_ylabel(f"{name}: error in cm")
+        axis.set_ylabel(f"{name}: error in mm")
     return _svg(figure)
 
 

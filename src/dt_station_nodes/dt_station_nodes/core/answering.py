@@ -15,6 +15,7 @@ class AnsweringState:
     loop: LoopState
     inbox: InboxState
     sequence: int = -1
+    stamp_ns: int = 0
     waiting: PlantSample | None = None
     late: int = 0
     last: ControlInput | None = None
@@ -63,7 +64,7 @@ class Answering:
         """
         commands: list[ValveCommand] = []
         if sample.sequence <= state.sequence:
-            if state.sequence == sample.sequence and sample.sequence > 0:
+            if (state.sequence, state.stamp_ns) == (sample.sequence, sample.stamp_ns):
                 return state, []
             inbox = self._inbox.restart(state.inbox)
             state = AnsweringState(self._controller.initial_state(), inbox, late=state.late)
@@ -72,7 +73,7 @@ class Answering:
             state = replace(state, waiting=None, late=state.late + 1)
             state, commands = self._answer(state, overdue, value)
         inbox, found = self._inbox.find(state.inbox, sample.sequence)
-        state = replace(state, inbox=inbox, sequence=sample.sequence)
+        state = replace(state, inbox=inbox, sequence=sample.sequence, stamp_ns=sample.stamp_ns)
         if found is None or (awaited and not inbox.heard):
             return replace(state, waiting=sample), commands
         state, more = self._answer(state, sample, found)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from .channels import Channel
 from .control import ControlInput, LoopController, LoopState
 from .models import ModelInput, ModelState, PlantModel
-from .samples import PlantSample
+from .samples import PlantSample, SampleFlag
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class _Simulated:
         return after
 
     def sample(self, state: ModelState, stamped: PlantSample, load_v: float, servo_v: float) -> PlantSample:
-        """The sensors now, with the object's number, stamp and flags; NaN for a channel without a model."""
+        """The sensors now, with the object's number, stamp and end; NaN for a channel without a model."""
         _, output = self._model.step(state, ModelInput(load_v, servo_v))
         return replace(
             stamped,
@@ -48,6 +48,7 @@ class _Simulated:
             pressure_pa=output.pressure_pa if self._has[Channel.PRESSURE] else math.nan,
             load_voltage_v=load_v,
             servo_voltage_v=servo_v,
+            flags=stamped.flags & SampleFlag.END,
         )
 
 

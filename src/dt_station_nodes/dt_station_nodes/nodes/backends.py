@@ -17,6 +17,8 @@ def backend_from(kind: str, options_text: str, sample_time_s: float) -> Backend:
         raise ParameterError(f"backend_options is not YAML: {' '.join(str(error).split())}") from None
     if not isinstance(options, Mapping):
         raise ParameterError("backend_options must be a YAML mapping, such as {rig: paper}")
+    if kind == "virtual":
+        options = {"rig": "paper", **options}
     return open_backend(kind, {"sample_time_s": sample_time_s, **_loaded(kind, options)})
 
 

@@ -1,8 +1,14 @@
 """The DAQ bridge's parameters."""
 
-from . import ready
-from .parameters import Parameter
+from collections.abc import Sequence
 
+from ..core.channels import Channel
+from . import ready
+from .parameters import Parameter, ParameterError
+from .registry import NOBODY
+
+EXPECT = {"load": Channel.PRESSURE, "position": Channel.POSITION}
+FOLLOWERS = ("twin", "shadow")
 PACES = ("realtime", "lockstep")
 TABLE = (
     *ready.TABLE,
@@ -13,7 +19,7 @@ TABLE = (
         "pace", "realtime", "by the clock, or as fast as the answers come", choices=("realtime", "lockstep"), fixed=True
     ),
     Parameter("duration_s", 0.0, "length of the run; 0: until stopped", "s", 0.0, 1e7, fixed=True),
-    Parameter("expect", ["load", "position"], "channels whose commands are waited for", fixed=True),
+    Parameter("expect", ["load", "position"], "channels whose commands are waited for, or nobody", fixed=True),
     Parameter("followers", [], "nodes that lockstep does not run away from: twin, shadow", fixed=True),
     Parameter("max_lead", 50, "how far lockstep may run ahead of the followers", "samples", 1, 100, fixed=True),
     Parameter("command_timeout_s", 1.0, "lockstep: how long a command is waited for", "s", 1e-3, 600.0, fixed=True),
@@ -37,3 +43,12 @@ TABLE = (
     ),
     Parameter("exit_at_end", False, "end the process after the run", fixed=True),
 )
+
+
+def awaited(expect: Sequence[str], followers: Sequence[str]) -> frozenset[Channel]:
+    """The channels whose commands are waited for. Raises ParameterError for a name that neither list takes."""
+    unknown = [name for name in expect if name not in (*EXPECT, NOBODY)]
+    unknown += [f"follower {name}" for name in followers if name not in FOLLOWERS]
+    if unknown:
+        raise ParameterError(f"{unknown[0]} is unknown: expect takes load, position; followers take twin, shadow")
+    return frozenset(EXPECT[name] for name in expect if name != NOBODY)

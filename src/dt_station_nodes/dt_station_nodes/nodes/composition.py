@@ -19,7 +19,7 @@ from .spinning import Part, claim_priority, make_executor, quieten_collector, sp
 from .statistics import RunStatistics
 from .watch import Observations, observe
 
-_SETTLE_S = 2.0
+_SETTLE_S = 10.0
 
 
 class Composition:

@@ -17,6 +17,7 @@ from .diagnostics import Diagnostics, Health, Level
 from .loop_parameters import load_loop, loop_from_values, loop_table
 from .parameters import Parameter, ParameterSet
 from .qos import SETPOINT_READER, STREAM
+from .sending import send
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +87,7 @@ class Controller:
 
     def _publish(self, commands: list[samples.ValveCommand]) -> None:
         for command in commands:
-            self._publisher.publish(convert.command_to_bytes(command))
+            send(self._node, self._publisher, convert.command_to_bytes(command))
             self._limited += command.limited
 
     def _health(self) -> Health:

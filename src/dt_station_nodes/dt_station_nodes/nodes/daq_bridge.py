@@ -14,17 +14,17 @@ from ..core.metronome import Metronome, Pace
 from ..core.samples import PlantSample, SampleFlag
 from . import convert, ready
 from .backends import backend_from
-from .bridge_parameters import TABLE
+from .bridge_parameters import TABLE, awaited
 from .bridge_statistics import BridgeStatistics
 from .diagnostics import Diagnostics
-from .parameters import ParameterError, ParameterSet
+from .parameters import ParameterSet
 from .qos import STREAM
+from .sending import send
 from .spinning import run_node
 
 NAME = "daq_bridge"
 TOPIC = {Channel.PRESSURE: "load/command", Channel.POSITION: "position/command"}
 FOLLOWERS = {"twin": ("twin/state", PlantState), "shadow": ("shadow/residual", Residual)}
-EXPECT = {"load": Channel.PRESSURE, "position": Channel.POSITION}
 
 
 class DaqBridge:
@@ -33,10 +33,6 @@ class DaqBridge:
     def __init__(self, node: Node) -> None:
         self._node = node
         values = ParameterSet(node, TABLE, dict).values
-        names = [*values["expect"], *(f"follower {name}" for name in values["followers"])]
-        unknown = [n for n in names if n not in EXPECT and n not in {f"follower {f}" for f in FOLLOWERS}]
-        if unknown:
-            raise ParameterError(f"{unknown[0]} is unknown: expect takes load, position; followers take twin, shadow")
         self._delay = values["command_delay"]
         self._sample_time_s = values["sample_time_s"]
         self._last = round(values["duration_s"] / self._sample_time_s) or None
@@ -44,7 +40,7 @@ class DaqBridge:
         self._metronome = Metronome(
             self._sample_time_s,
             Pace(values["pace"]),
-            frozenset(EXPECT[name] for name in values["expect"]),
+            awaited(values["expect"], values["followers"]),
             values["command_timeout_s"],
             values["patience"],
             values["max_lead"],
@@ -119,7 +115,7 @@ class DaqBridge:
             *self._applied,
             flags | reading.flags | (SampleFlag.END if ended else SampleFlag.OK),
         )
-        self._publisher.publish(convert.state_to_bytes(sample))
+        send(self._node, self._publisher, convert.state_to_bytes(sample))
         self.statistics.sampled(tick, now, sample.flags)
         if ended:
             self._end()

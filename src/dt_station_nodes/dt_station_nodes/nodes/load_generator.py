@@ -15,6 +15,7 @@ from . import convert, ready
 from .diagnostics import Diagnostics, Health, Level
 from .parameters import Parameter, ParameterError, ParameterSet
 from .qos import SETPOINT_WRITER, STREAM, WAVEFORM
+from .sending import send
 from .spinning import run_node
 
 NAME = "load_generator"
@@ -99,10 +100,14 @@ class LoadGenerator:
             self._publish(number, sample.stamp_ns)
 
     def _publish(self, number: int, stamp_ns: int) -> None:
-        self._publisher.publish(convert.setpoint_to_bytes(samples.Setpoint(number, stamp_ns, self._value, True)))
+        send(
+            self._node,
+            self._publisher,
+            convert.setpoint_to_bytes(samples.Setpoint(number, stamp_ns, self._value, True)),
+        )
 
     def _publish_standing(self, stamp_ns: int) -> None:
-        self._publisher.publish(convert.setpoint_to_bytes(samples.Setpoint(0, stamp_ns, self._value, False)))
+        send(self._node, self._publisher, convert.setpoint_to_bytes(samples.Setpoint(0, stamp_ns, self._value, False)))
 
     def _on_waveform(self, message: Waveform) -> None:
         try:

@@ -13,6 +13,8 @@ from rclpy.publisher import Publisher
 from .parameters import Parameter, ParameterError
 
 _POLL_S = 0.01
+# A writer knows its reader a little before the reader knows the writer; what is sent in between can be lost.
+_SETTLED_POLLS = 3
 
 TABLE = (
     Parameter(
@@ -58,6 +60,7 @@ class ReadyGate:
         self._publishers = publishers
         self._on_ready = on_ready
         self._deadline = time.monotonic() + timeout_s
+        self._settled = 0
         self._timer = node.create_timer(_POLL_S, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def missing(self) -> list[str]:
@@ -69,7 +72,8 @@ class ReadyGate:
         if self.ready:
             return
         missing = self.missing()
-        if missing and time.monotonic() < self._deadline:
+        self._settled = 0 if missing else self._settled + 1
+        if self._settled < (_SETTLED_POLLS if self._wanted else 1) and time.monotonic() < self._deadline:
             return
         if missing:
             self._node.get_logger().warning(f"going on without all readers: {', '.join(missing)}")

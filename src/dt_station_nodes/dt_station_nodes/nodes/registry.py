@@ -18,6 +18,9 @@ NODES = (
     "panel",
 )
 
+# what the bridge expects where there is no controller; an empty list cannot be sent to a node
+NOBODY = "nobody"
+
 # those that take the scenario's sample time
 TIMED = frozenset(NODES) - {"recorder", "replayer", "panel"}
 

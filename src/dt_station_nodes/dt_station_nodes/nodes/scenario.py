@@ -133,7 +133,7 @@ def _own(scenario: Scenario, name: str, executables: Mapping[str, str]) -> dict[
         defaults |= {
             "pace": scenario.pace,
             "duration_s": scenario.duration_s,
-            "expect": [channel for channel, node in controllers.items() if node in present],
+            "expect": [channel for channel, node in controllers.items() if node in present] or [registry.NOBODY],
             "followers": [follower] if follower else [],
         }
     return {**defaults, **given}

@@ -16,6 +16,7 @@ from . import convert, ready
 from .diagnostics import Diagnostics, Health, Level
 from .parameters import Parameter, ParameterSet
 from .qos import LATCHED, STREAM
+from .sending import send
 from .spinning import run_node
 from .stamps import to_stamp
 
@@ -93,7 +94,7 @@ class ShadowCompare:
             for score in (scores[Channel.POSITION], scores[Channel.PRESSURE])
         )
         residual = convert.ResidualSample(state.sequence, state.stamp_ns, position, pressure)
-        self._publisher.publish(convert.residual_to_bytes(residual))
+        send(self._node, self._publisher, convert.residual_to_bytes(residual))
         if state.ended or (state.sequence + 1) % self._parameters.config.summary_every == 0:
             self._summarise(scores)
 
@@ -112,7 +113,7 @@ class ShadowCompare:
             pressure_fit=pressure.fit_percent,
         )
         message.header.stamp = to_stamp(self._state.stamp_ns)
-        self._summary.publish(message)
+        send(self._node, self._summary, message)
 
     def _health(self) -> Health:
         values = {"sequence": self._state.sequence, "missed": self._state.missed, "model": self._model.name}

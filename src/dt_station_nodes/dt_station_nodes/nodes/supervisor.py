@@ -20,6 +20,7 @@ from .watch import Observations, Watch
 
 _RESTARTS = 5
 _STOP_S = 5.0
+_SETTLE_S = 10.0
 _TAIL = 400
 
 
@@ -100,7 +101,7 @@ class Supervisor:
         while not self.step(on_progress=on_progress):
             if end is not None and time.monotonic() > end:
                 raise TimeoutError(f"the run did not end within {timeout_s:g} s; last heard: {self._heard()}")
-        self.watch.spin(2.0, self._shadow_done)
+        self.watch.spin(_SETTLE_S, self._shadow_done)
 
     def step(self, duration_s: float = 0.1, on_progress: Progress | None = None) -> bool:
         """Listen and look after the processes for a moment; whether the run has ended."""

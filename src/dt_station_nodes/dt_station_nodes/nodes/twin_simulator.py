@@ -21,6 +21,7 @@ from .diagnostics import Diagnostics, Health, Level
 from .loop_parameters import load_loop, loop_from_values, loop_table
 from .parameters import Parameter, ParameterSet
 from .qos import LATCHED, SETPOINT_READER, STREAM
+from .sending import send
 from .spinning import run_node
 from .stamps import to_stamp
 
@@ -112,7 +113,7 @@ class TwinSimulator:
         digest = hashlib.sha256(config.text.encode()).hexdigest()
         message = TwinModel(name=config.spec.name, yaml=config.text, sha256=digest, feed=self._files["feed"])
         message.header.stamp = to_stamp(self._stamp_ns)
-        self._models.publish(message)
+        send(self._node, self._models, message)
 
     def _apply(self, config: TwinConfig) -> None:
         before, self._config = self._config, config
@@ -143,7 +144,7 @@ class TwinSimulator:
     def _publish(self, simulated: list[Any]) -> None:
         for sample in simulated:
             self._sequence = sample.sequence
-            self._publisher.publish(convert.state_to_bytes(sample))
+            send(self._node, self._publisher, convert.state_to_bytes(sample))
 
     def _health(self) -> Health:
         late = self._loop_state.late if self._loops is not None else 0

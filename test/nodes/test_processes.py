@@ -1,0 +1,81 @@
+"""Each node as a process of its own: a clean end on SIGINT and SIGTERM, a sentence for a wrong parameter."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from dt_station_nodes.nodes import registry
+from dt_station_nodes.nodes.offspring import Nursery
+
+ALONE = (
+    "daq_bridge",
+    "load_generator",
+    "pressure_controller",
+    "position_controller",
+    "twin_simulator",
+    "shadow_compare",
+)
+
+
+@pytest.fixture(scope="module")
+def nursery():
+    made = Nursery(ALONE)
+    yield made
+    made.close()
+
+
+def words(log):
+    return log.read_text() if log.exists() else ""
+
+
+def test_every_node_ends_with_status_0_on_either_signal(nursery, tmp_path):
+    children = {}
+    for number, name in enumerate(ALONE):
+        arguments = [name, "--ros-args", "-r", f"__node:={name}_{number}"]
+        if name == "daq_bridge":
+            arguments += ["-p", "backend:=fake"]
+        children[name] = nursery.start(arguments, tmp_path / name)
+    # a node is up once its signal handlers are: Linux shows caught signals as a bit mask
+    for child in children.values():
+        end = time.monotonic() + 30.0
+        while not _catches(child.pid, signal.SIGTERM):
+            assert time.monotonic() < end
+            os.sched_yield()
+    for number, child in enumerate(children.values()):
+        child.send_signal((signal.SIGINT, signal.SIGTERM)[number % 2])
+    statuses = {name: child.wait(10.0) for name, child in children.items()}
+    assert statuses == dict.fromkeys(ALONE, 0), {name: words(tmp_path / name) for name in ALONE}
+
+
+def _catches(pid, number):
+    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
+        if line.startswith("SigCgt"):
+            return bool(int(line.split()[1], 16) >> (number - 1) & 1)
+    return False
+
+
+def test_a_wrong_parameter_is_one_sentence_and_status_2(nursery, tmp_path):
+    child = nursery.start(["load_generator", "--ros-args", "-p", "shape:=zigzag"], tmp_path / "log")
+    assert child.wait(20.0) == 2
+    assert words(tmp_path / "log").strip().endswith("got 'zigzag'")
+    assert "Traceback" not in words(tmp_path / "log")
+
+
+def test_a_killed_node_is_reported_with_its_signal(nursery, tmp_path):
+    child = nursery.start(["shadow_compare"], tmp_path / "log")
+    os.kill(child.pid, signal.SIGKILL)
+    assert child.wait(10.0) == -signal.SIGKILL
+
+
+def test_an_unknown_node_is_a_sentence():
+    command = [sys.executable, "-m", "dt_station_nodes.nodes", "nobody"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "daq_bridge" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert set(ALONE) <= set(registry.NODES)
