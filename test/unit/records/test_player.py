@@ -136,9 +136,13 @@ def test_topics_are_chosen_by_their_ends(bag: Bag) -> None:
 
 def test_remaps() -> None:
     topics = [bags.STATE, bags.TWIN]
-    assert renamed(topics, ["object/state:=/other"]) == {bags.STATE: "/other", bags.TWIN: bags.TWIN}
+    assert (
+        renamed(topics, ["object/state:=/other"])
+        == renamed(topics, ["object/state=/other"])
+        == {bags.STATE: "/other", bags.TWIN: bags.TWIN}
+    )
     for word in ("object/state", "nothing:=/x", "object/state:="):
-        with pytest.raises(RecordError, match="OLD:=NEW"):
+        with pytest.raises(RecordError, match="OLD=NEW"):
             renamed(topics, [word])
 
 

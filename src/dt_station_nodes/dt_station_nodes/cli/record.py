@@ -33,6 +33,7 @@ def record(
     from ..nodes import recorder
     from ..records import Bag, RecordError
     from ..records.losses import LOSS, parse_loss
+    from .node_call import call_node
 
     folder = out if out is not None else Path("runs") / f"record-{time.strftime('%Y%m%d-%H%M%S')}"
     if folder.exists():
@@ -40,18 +41,20 @@ def record(
     for path in attach or ():
         if not path.is_file():
             raise UserError(f"--attach {path}: no such file")
-    settings = {"out": str(folder), "split_mb": split_mb, "split_s": split_s, "exit_at_end": until_end}
-    words = [f"{name}:={str(value).lower() if isinstance(value, bool) else value}" for name, value in settings.items()]
-    for name, values in (("topics", topic), ("attach", attach)):
-        if values:
-            words.append(f"{name}:={[str(value) for value in values]}")
-    arguments = [recorder.NAME, "--ros-args", *(part for word in words for part in ("-p", word))]
+    settings = {
+        "out": str(folder),
+        "split_mb": split_mb,
+        "split_s": split_s,
+        "exit_at_end": until_end,
+        "topics": list(topic or ()),
+        "attach": [str(path) for path in attach or ()],
+    }
     console.print(f"recording to {folder}; Ctrl-C ends")
     if duration:
         timer = threading.Timer(duration, os.kill, (os.getpid(), signal.SIGINT))
         timer.daemon = True
         timer.start()
-    status = recorder.main(arguments)
+    status = call_node(recorder.main, recorder.NAME, settings)
     if status:
         leave(status)
     try:

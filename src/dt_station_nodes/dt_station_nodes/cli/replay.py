@@ -15,7 +15,7 @@ def replay(
     from_s: Annotated[float, typer.Option("--from", min=0.0, help="Start of the stretch, s.")] = 0.0,
     to_s: Annotated[float, typer.Option("--to", min=0.0, help="End of the stretch, s; 0: the bag's end.")] = 0.0,
     topic: Annotated[list[str] | None, typer.Option(help="Play only these; repeatable.")] = None,
-    remap: Annotated[list[str] | None, typer.Option(help="Play under another name, OLD:=NEW; repeatable.")] = None,
+    remap: Annotated[list[str] | None, typer.Option(help="Play under another name, OLD=NEW; repeatable.")] = None,
     lockstep: Annotated[
         bool, typer.Option("--lockstep", help="Play each sample once twin and shadow have answered the last.")
     ] = False,
@@ -37,6 +37,7 @@ def replay(
     """
     from ..nodes import replayer
     from ..records import Bag
+    from .node_call import call_node
 
     with Bag(bag) as opened:
         counts = {name: known.info.count for name, known in opened.topics.items()}
@@ -58,16 +59,9 @@ def replay(
     }
     lists = {"topics": topic, "remap": remap, "followers": followers}
     settings |= {name: values for name, values in lists.items() if values}
-    words = [f"{name}:={_text(value)}" for name, value in settings.items()]
     console.print(f"playing {bag}; Ctrl-C ends")
-    status = replayer.main([replayer.NAME, "--ros-args", *(part for word in words for part in ("-p", word))])
+    status = call_node(replayer.main, replayer.NAME, settings)
     if status:
         leave(status)
     if json:
         emit_json({"bag": bag, "messages": sum(counts.values()), "topics": counts})
-
-
-def _text(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return str(float(value)) if isinstance(value, float) else str(value)

@@ -15,7 +15,7 @@ TABLE = (
     *ready.TABLE,
     Parameter("bag", "", "the bag to play", fixed=True),
     Parameter("topics", [], "topics to play; none: all, or in lockstep the inputs of twin and shadow", fixed=True),
-    Parameter("remap", [], "topics to play under another name, each OLD:=NEW", fixed=True),
+    Parameter("remap", [], "topics to play under another name, each OLD=NEW", fixed=True),
     Parameter("rate", 1.0, "speed; 0: as fast as possible", "1", 0.0, 1e6),
     Parameter("paused", False, "stand still; ~/step then plays one sample"),
     Parameter("from_s", 0.0, "start of the stretch played", "s", 0.0, 1e9, fixed=True),

@@ -130,12 +130,12 @@ def choose(bag: Bag, wanted: Sequence[str], inputs_only: bool) -> list[str]:
 
 
 def renamed(topics: Sequence[str], remap: Sequence[str]) -> dict[str, str]:
-    """Topic -> the name it is played under; `remap` are OLD:=NEW. Raises RecordError."""
+    """Topic -> the name it is played under; `remap` are OLD:=NEW or OLD=NEW. Raises RecordError."""
     names = {topic: topic for topic in topics}
     for word in remap:
-        old, _, new = word.partition(":=")
+        old, _, new = word.partition(":=" if ":=" in word else "=")
         hits = [topic for topic in topics if topic == old or topic.endswith("/" + old.lstrip("/"))]
         if not new or not hits:
-            raise RecordError(f"remap takes OLD:=NEW with OLD among the topics played, got {word!r}")
+            raise RecordError(f"remap takes OLD=NEW with OLD among the topics played, got {word!r}")
         names.update(dict.fromkeys(hits, new))
     return names
