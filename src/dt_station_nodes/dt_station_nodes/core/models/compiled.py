@@ -57,3 +57,19 @@ def call_step(typing_context: Any, address: Any, parameters: Any, state: Any, va
         return builder.call(function, [*call, builder.inttoptr(args[4], pointer)])
 
     return signature, codegen
+
+
+@intrinsic
+def doubles(typing_context: Any, address: Any) -> Any:
+    """Floats at an address: plain pointer, no bounds, no reference count."""
+    return _POINTER(types.int64), _to_pointer
+
+
+@intrinsic
+def integers(typing_context: Any, address: Any) -> Any:
+    """64-bit integers at an address."""
+    return types.CPointer(types.int64)(types.int64), _to_pointer
+
+
+def _to_pointer(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    return builder.inttoptr(args[0], context.get_value_type(signature.return_type))

@@ -2,7 +2,8 @@
 
 One function serves stepping and whole simulations, so that both give the same bits. A path's numbers lie in one
 flat array and its places in another: passing many small arrays costs more than the arithmetic they hold. For the
-same reason nothing here allocates, and arrays are not reference-counted (`_nrt=False`).
+same reason nothing here allocates, and inside a sub-step there are only plain pointers (arguments ending in `_at`
+are addresses), which carry no bounds and no reference count.
 """
 
 import numpy as np
@@ -10,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from .compiled import (
+    CONTEXT_SIZE,
     FREE_OUTPUT,
     FREE_VELOCITY,
     INJECTION,
@@ -27,25 +29,28 @@ from .compiled import (
     SUBSTEP,
     TIME,
     VELOCITY_GAIN,
+    Doubles,
     call_step,
+    doubles,
+    integers,
 )
 from .compiled import VELOCITY as VELOCITY_NOW
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Places in a path's `places`; the A_T.. ones are offsets into its `numbers`.
+# Places in a path's `places`; those from A on are offsets into its `numbers`.
 STATES = 0  # number n of linear states
 AWAY_STATES = 1  # number m of disturbance states
 INPUT_END = 2  # effects before it act on the input,
 STATE_END = 3  # those before it inside the path,
 EFFECTS = 4  # the rest, up to this number, on the output
-A_T = 5  # (n, n) transposed, so that the inner loop runs over independent sums
+A = 5  # (n, n) by rows
 B = 6  # (n,)
 E = 7  # (n,)
 C = 8  # (n,)
 VELOCITY = 9  # (n,)
-AWAY_A_T = 10  # (m, m) transposed; the disturbance path's input is in Pa
+AWAY_A = 10  # (m, m) by rows; the disturbance path's input is in Pa
 AWAY_B = 11  # (m,)
 AWAY_C = 12  # (m,)
 AWAY_VELOCITY = 13  # (m,)
@@ -70,95 +75,119 @@ HEADER = 12
 
 
 @njit(cache=True, _nrt=False)
-def _dot(numbers: Array, at: int, x: Array, x_at: int, n: int) -> float:
+def _dot(a: Doubles, x: Doubles, n: int) -> float:
     total = 0.0
     for i in range(n):
-        total += numbers[at + i] * x[x_at + i]
+        total += a[i] * x[i]
     return total
 
 
 @njit(cache=True, _nrt=False)
-def _advance(numbers: Array, a_t: int, b: int, u: float, x: Array, x_at: int, n: int, scratch: Array) -> None:
-    """Put a x + b u into scratch."""
+def _advance(a: Doubles, b: Doubles, u: float, x: Doubles, n: int, after: Doubles) -> None:
+    """Put a x + b u into `after`; a is (n, n) by rows."""
     for i in range(n):
-        scratch[i] = numbers[b + i] * u
-    for j in range(n):
-        for i in range(n):
-            scratch[i] += numbers[a_t + j * n + i] * x[x_at + j]
+        total = b[i] * u
+        for j in range(n):
+            total += a[i * n + j] * x[j]
+        after[i] = total
 
 
 @njit(cache=True, _nrt=False)
-def _effect(numbers: Array, places: Integers, k: int, state: Array, value: float, context: Array) -> float:
+def _effect(numbers: int, places: Integers, k: int, state: int, value: float, context: int) -> float:
     at = PER_EFFECT + 3 * k
-    return call_step(
-        places[at],
-        numbers.ctypes.data + 8 * places[at + 1],
-        state.ctypes.data + 8 * places[at + 2],
-        value,
-        context.ctypes.data,
-    )
+    return call_step(places[at], numbers + 8 * places[at + 1], state + 8 * places[at + 2], value, context)
+
+
+@njit(cache=True, _nrt=False)
+def _constants(numbers: Doubles, context: Doubles) -> None:
+    """What a path's effects are told that never changes."""
+    context[VELOCITY_GAIN] = numbers[GAIN_VELOCITY]
+    context[INJECTION_GAIN] = numbers[GAIN_INJECTION]
+    context[OUTLET_RATE] = numbers[DECAY]
+    context[INLET_RATE] = numbers[INLET_DECAY]
+    context[STATIC_GAIN] = numbers[STATIC]
+    context[OUTPUT_REST] = numbers[REST_OUTPUT]
+
+
+@njit(cache=True, _nrt=False)
+def _inside(
+    numbers_at: int, places: Integers, state_at: int, u: float, load: float, context_at: int, after: int
+) -> float:
+    """Advance the linear states through the effects inside the path; the voltage they leave."""
+    numbers, context, x_next = doubles(numbers_at), doubles(context_at), doubles(after)
+    n = places[STATES]
+    m = places[AWAY_STATES]
+    x = doubles(state_at + 8 * places[STATE_AT])
+    xd = doubles(state_at + 8 * (places[STATE_AT] + n))
+    c = doubles(numbers_at + 8 * places[C])
+    velocity = doubles(numbers_at + 8 * places[VELOCITY])
+    away_c = doubles(numbers_at + 8 * places[AWAY_C])
+    away_velocity = doubles(numbers_at + 8 * places[AWAY_VELOCITY])
+    context[STAGE] = 1.0
+    context[OUTPUT] = _dot(c, x, n) + _dot(away_c, xd, m)
+    context[VELOCITY_NOW] = _dot(velocity, x, n)
+    _advance_away(numbers_at, places, state_at, load, after)
+    loaded = numbers[AWAY_DIRECT_VELOCITY] * load + _dot(away_velocity, xd, m)
+    context[LOAD_VELOCITY] = loaded
+    b = doubles(numbers_at + 8 * places[B])
+    e = doubles(numbers_at + 8 * places[E])
+    _advance(doubles(numbers_at + 8 * places[A]), b, 0.0, x, n, x_next)
+    drift = _dot(c, x_next, n) + (numbers[AWAY_DIRECT] * load + _dot(away_c, xd, m))
+    drift_velocity = _dot(velocity, x_next, n) + loaded
+    for k in range(places[INPUT_END], places[STATE_END]):
+        flow = context[INJECTION]
+        context[FREE_OUTPUT] = drift + numbers[GAIN_OUTPUT] * u + numbers[GAIN_INJECTION] * flow
+        context[FREE_VELOCITY] = drift_velocity + numbers[GAIN_VELOCITY] * u + numbers[GAIN_INJECTED_VELOCITY] * flow
+        u = _effect(numbers_at, places, k, state_at, u, context_at)
+    flow = context[INJECTION]
+    for i in range(n):
+        x[i] = x_next[i] + b[i] * u + e[i] * flow
+    return u
+
+
+@njit(cache=True, _nrt=False)
+def _advance_away(numbers: int, places: Integers, state: int, load: float, after: int) -> None:
+    m = places[AWAY_STATES]
+    xd, xd_next = doubles(state + 8 * (places[STATE_AT] + places[STATES])), doubles(after)
+    _advance(doubles(numbers + 8 * places[AWAY_A]), doubles(numbers + 8 * places[AWAY_B]), load, xd, m, xd_next)
+    for i in range(m):
+        xd[i] = xd_next[i]
 
 
 @njit(cache=True, _nrt=False)
 def _substep(
-    numbers: Array, places: Integers, state: Array, voltage: float, load: float, context: Array, scratch: Array
+    numbers_at: int, places: Integers, state_at: int, voltage: float, load: float, context_at: int, after: int
 ) -> float:
     """Advance one path by one sub-step; the output above rest at its end, output effects applied."""
+    numbers, context = doubles(numbers_at), doubles(context_at)
     n = places[STATES]
     m = places[AWAY_STATES]
-    x = places[STATE_AT]
-    xd = x + n
-    context[RAW_INPUT] = voltage
-    context[LOAD] = load
-    context[INJECTION] = 0.0
-    context[STAGE] = 0.0
+    x = doubles(state_at + 8 * places[STATE_AT])
     u = voltage
-    for k in range(places[INPUT_END]):
-        u = _effect(numbers, places, k, state, u, context)
-    away = numbers[AWAY_DIRECT] * load
-    away_velocity = numbers[AWAY_DIRECT_VELOCITY] * load
-    before = 0.0
-    inside = places[STATE_END] > places[INPUT_END]
-    if inside:
-        before = _dot(numbers, places[C], state, x, n) + _dot(numbers, places[AWAY_C], state, xd, m)
-    if m > 0:
-        _advance(numbers, places[AWAY_A_T], places[AWAY_B], load, state, xd, m, scratch)
-        for i in range(m):
-            state[xd + i] = scratch[i]
-        away += _dot(numbers, places[AWAY_C], state, xd, m)
-        away_velocity += _dot(numbers, places[AWAY_VELOCITY], state, xd, m)
-    if inside:
-        _advance(numbers, places[A_T], places[B], 0.0, state, x, n, scratch)
-        drift = _dot(numbers, places[C], scratch, 0, n) + away
-        drift_velocity = _dot(numbers, places[VELOCITY], scratch, 0, n) + away_velocity
-        context[STAGE] = 1.0
-        context[OUTPUT] = before
-        context[LOAD_VELOCITY] = away_velocity
-        context[VELOCITY_GAIN] = numbers[GAIN_VELOCITY]
-        context[INJECTION_GAIN] = numbers[GAIN_INJECTION]
-        context[OUTLET_RATE] = numbers[DECAY]
-        context[INLET_RATE] = numbers[INLET_DECAY]
-        context[STATIC_GAIN] = numbers[STATIC]
-        context[VELOCITY_NOW] = _dot(numbers, places[VELOCITY], state, x, n)
-        context[OUTPUT_REST] = numbers[REST_OUTPUT]
-        for k in range(places[INPUT_END], places[STATE_END]):
-            flow = context[INJECTION]
-            context[FREE_OUTPUT] = drift + numbers[GAIN_OUTPUT] * u + numbers[GAIN_INJECTION] * flow
-            context[FREE_VELOCITY] = (
-                drift_velocity + numbers[GAIN_VELOCITY] * u + numbers[GAIN_INJECTED_VELOCITY] * flow
-            )
-            u = _effect(numbers, places, k, state, u, context)
-        flow = context[INJECTION]
-        for i in range(n):
-            state[x + i] = scratch[i] + numbers[places[B] + i] * u + numbers[places[E] + i] * flow
+    if places[EFFECTS] > 0:
+        context[RAW_INPUT] = voltage
+        context[LOAD] = load
+        context[INJECTION] = 0.0
+        context[STAGE] = 0.0
+        for k in range(places[INPUT_END]):
+            u = _effect(numbers_at, places, k, state_at, u, context_at)
+    if places[STATE_END] > places[INPUT_END]:
+        u = _inside(numbers_at, places, state_at, u, load, context_at, after)
     else:
-        _advance(numbers, places[A_T], places[B], u, state, x, n, scratch)
+        if m > 0:
+            _advance_away(numbers_at, places, state_at, load, after)
+        x_next = doubles(after)
+        _advance(doubles(numbers_at + 8 * places[A]), doubles(numbers_at + 8 * places[B]), u, x, n, x_next)
         for i in range(n):
-            state[x + i] = scratch[i]
-    y = _dot(numbers, places[C], state, x, n) + numbers[DIRECT] * u + away
-    context[STAGE] = 2.0
-    for k in range(places[STATE_END], places[EFFECTS]):
-        y = _effect(numbers, places, k, state, y, context)
+            x[i] = x_next[i]
+    y = _dot(doubles(numbers_at + 8 * places[C]), x, n) + numbers[DIRECT] * u
+    if m > 0:
+        xd = doubles(state_at + 8 * (places[STATE_AT] + n))
+        y += numbers[AWAY_DIRECT] * load + _dot(doubles(numbers_at + 8 * places[AWAY_C]), xd, m)
+    if places[EFFECTS] > places[STATE_END]:
+        context[STAGE] = 2.0
+        for k in range(places[STATE_END], places[EFFECTS]):
+            y = _effect(numbers_at, places, k, state_at, y, context_at)
     return y
 
 
@@ -182,21 +211,28 @@ def run(
     `state`: sample count, output above rest of each path, then the paths' states; `voltages` (n, 2): load, servo;
     `measured` (n,): pressure in Pa, or empty to drive the disturbance path with the simulated one; `outputs`
     (n, 2): pressure, position in SI, each at its sample, before that sample's voltages act; `scratch` holds at least
-    as many numbers as a path has states.
+    as many numbers as a path has states, `context` CONTEXT_SIZE for each path.
     """
     substeps = int(timing[1])
     h = timing[0] / substeps
     rest = pressure[REST_OUTPUT]
     n = voltages.shape[0]
-    context[SUBSTEP] = h
-    context[REST] = rest
+    first, second = pressure.ctypes.data, position.ctypes.data
+    first_places, second_places = integers(pressure_places.ctypes.data), integers(position_places.ctypes.data)
+    memory, after = state.ctypes.data, scratch.ctypes.data
+    first_context, second_context = context.ctypes.data, context.ctypes.data + 8 * CONTEXT_SIZE
+    for half, path in ((0, pressure), (CONTEXT_SIZE, position)):
+        context[half + SUBSTEP] = h
+        context[half + REST] = rest
+        _constants(doubles(path.ctypes.data), doubles(context.ctypes.data + 8 * half))
     for i in range(n):
         outputs[i, 0] = state[1] + rest
         outputs[i, 1] = state[2] + position[REST_OUTPUT]
         for j in range(substeps):
             context[TIME] = state[0] * timing[0] + j * h
+            context[CONTEXT_SIZE + TIME] = context[TIME]
             before = state[1]
-            state[1] = _substep(pressure, pressure_places, state, voltages[i, 0], before, context, scratch)
+            state[1] = _substep(first, first_places, memory, voltages[i, 0], before, first_context, after)
             if measured.size > 0:
                 load = measured[i] - rest
                 if timing[2] > 0.0 and i + 1 < n:
@@ -204,5 +240,5 @@ def run(
             else:
                 # The mean over the sub-step: the simulated pressure moves while the position path integrates it.
                 load = 0.5 * (before + state[1])
-            state[2] = _substep(position, position_places, state, voltages[i, 1], load, context, scratch)
+            state[2] = _substep(second, second_places, memory, voltages[i, 1], load, second_context, after)
         state[0] += 1.0

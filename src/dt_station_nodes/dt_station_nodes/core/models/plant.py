@@ -120,7 +120,7 @@ class PlantModel:
             values,
             voltages,
             measured,
-            np.zeros(CONTEXT_SIZE),
+            np.zeros(2 * CONTEXT_SIZE),
             np.zeros(max(self._pressure.size, self._position.size, 1)),
             outputs,
         )

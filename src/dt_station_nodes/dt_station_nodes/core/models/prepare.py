@@ -73,8 +73,8 @@ def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath
     header[kernel.STATIC] = linear.static_gain
     header[kernel.REST_OUTPUT] = 0.0 if path is None else path.rest
 
-    blocks = [header, linear.a.T.ravel(), linear.b, linear.e, linear.c, linear.velocity]
-    blocks += [away.a.T.ravel(), away.b, away.c, away.velocity]
+    blocks = [header, linear.a.ravel(), linear.b, linear.e, linear.c, linear.velocity]
+    blocks += [away.a.ravel(), away.b, away.c, away.velocity]
     parameters = [np.array(list(effect.complete(given).values()), dtype=np.float64) for _, effect, given in stages]
     at = np.cumsum([0, *(block.size for block in (*blocks, *parameters))])
 
@@ -84,7 +84,7 @@ def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath
     places[kernel.INPUT_END] = attached.count(Attachment.INPUT)
     places[kernel.STATE_END] = places[kernel.INPUT_END] + attached.count(Attachment.STATE)
     places[kernel.EFFECTS] = len(stages)
-    places[kernel.A_T : kernel.PARAMETERS + 1] = at[1 : kernel.PARAMETERS - kernel.A_T + 2]
+    places[kernel.A : kernel.PARAMETERS + 1] = at[1 : kernel.PARAMETERS - kernel.A + 2]
     places[kernel.STATE_AT] = state_at
     memory_at = state_at + n + m
     for k, (_, effect, _) in enumerate(stages):

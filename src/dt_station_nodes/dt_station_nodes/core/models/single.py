@@ -66,7 +66,7 @@ class PathSimulator:
             state,
             self._voltages,
             _NONE if is_pressure else load,
-            np.zeros(CONTEXT_SIZE),
+            np.zeros(2 * CONTEXT_SIZE),
             np.zeros(max(pressure.size, position.size, 1)),
             outputs,
         )
