@@ -1,7 +1,7 @@
 """What `dt-station identify` shows and leaves."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ..core.channels import Channel
-from ..core.models import ModelSpec, PlantModel
+from ..core.models import ModelSpec
 from ..core.run import Run
 from ..identification import IdentifiedPath, Interval, Method, fit_percent
 from ..identification.inverse_dynamics import FrictionModel, fit_axis, force_error_percent, regression
@@ -21,6 +21,7 @@ from ..identification.pictures import bode_figure, characteristic_figure, fit_fi
 from ..identification.static_characteristic import static_characteristic
 from ..identification.station import direct_data, output_scale
 from ..identification.summary import axis_summary, characteristic_summary, named_intervals, path_summary
+from ..identification.validation import model_fit, path_lag_s
 from .common import jsonable
 
 
@@ -80,7 +81,7 @@ def static(run: Run, channels: Sequence[Channel], lag_s: float | None, base: Mod
     tables: list[Table | str] = []
     spec = base
     for channel in channels:
-        lag = lag_s if lag_s is not None else _lag(base, channel)
+        lag = lag_s if lag_s is not None else path_lag_s(base, channel)
         shape = static_characteristic(run, channel, lag)
         shapes.append({**characteristic_summary(shape), "lag_s": lag})
         figures[f"{channel.value}-static"] = characteristic_figure(shape, run)
@@ -137,39 +138,6 @@ def _validation(path: IdentifiedPath, check: Run, base: ModelSpec | None) -> dic
     if base is not None and path.channel in base.paths:
         result["given_model_fit_percent"] = model_fit(base, check, path.channel)
     return result
-
-
-def model_fit(spec: ModelSpec, run: Run, channel: Channel) -> float:
-    """Free-run fit of a model on a run's voltages and measured pressure; offset (and drift of an integrator) fitted."""
-    nothing = np.zeros(len(run))
-    load, servo = run.get("load_voltage_v"), run.get("servo_voltage_v")
-    pressure = run.get("pressure_pa")
-    given = pressure if channel is Channel.POSITION else None
-    simulated = PlantModel(spec, run.sample_time_s).simulate(
-        nothing if load is None else load,
-        nothing if servo is None else servo,
-        given,
-        interpolate_pressure=True,
-    )
-    output = simulated.pressure_pa if channel is Channel.PRESSURE else simulated.position_m
-    measured = run.signals[channel.signal]
-    columns = [np.ones(len(run))]
-    if channel is Channel.POSITION:
-        columns.append(run.time_s - run.start_s)
-    regressors = np.column_stack(columns)
-    left = measured - output
-    return fit_percent(measured, output + regressors @ np.linalg.lstsq(regressors, left, rcond=None)[0])
-
-
-def _lag(base: ModelSpec | None, channel: Channel) -> float:
-    """Lag of the linear path at standstill, s: -d phase / d omega, integrators left out."""
-    if base is None or channel not in base.paths:
-        return 0.0
-    path = base.paths[channel]
-    numerator = np.trim_zeros(np.asarray(path.numerator), "b")
-    denominator = np.trim_zeros(np.asarray(path.denominator), "b")
-    slope: Callable[[np.ndarray], float] = lambda c: float(c[-2] / c[-1]) if c.size > 1 else 0.0  # noqa: E731
-    return max(0.0, (slope(denominator) - slope(numerator)) * path.time_scale)
 
 
 def _candidates(path: IdentifiedPath) -> Table:

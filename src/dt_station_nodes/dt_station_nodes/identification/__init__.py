@@ -1,7 +1,8 @@
 """Model estimation from runs, and controller tuning: pure functions of arrays."""
 
 from .errors import IdentificationError
-from .estimate import Estimate, Interval, estimate, fit_percent
+from .estimate import Estimate, Interval, fit_percent
+from .fitting import estimate
 from .selection import Candidate, Selection, choose, orders, select
 from .station import IdentifiedPath, Method, identify_closed_loop, identify_direct, identify_disturbance
 from .structure import Data, Hold, PathStructure, Structure

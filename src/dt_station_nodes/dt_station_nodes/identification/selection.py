@@ -7,7 +7,8 @@ import numpy as np
 
 from ..core.run import Array
 from .errors import IdentificationError
-from .estimate import Estimate, estimate, fit_percent
+from .estimate import Estimate, fit_percent
+from .fitting import estimate
 from .refinement import refine, rescaled
 from .structure import Data, Structure, slices
 

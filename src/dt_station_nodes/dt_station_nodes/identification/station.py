@@ -9,8 +9,9 @@ import numpy as np
 from ..core.channels import Channel
 from ..core.run import Run
 from .errors import IdentificationError
-from .estimate import Estimate, Interval, estimate
+from .estimate import Estimate, Interval
 from .excitation import check_excitation, check_not_limited, check_response, signal_of
+from .fitting import estimate
 from .selection import Candidate, Selection, choose, orders, scored, select
 from .structure import Data, Hold, PathStructure, Structure
 from .transfer import TransferFunction
