@@ -159,16 +159,25 @@ class Bag:
 
         Fields are named with dots (`header.stamp.sec`). Bounded memory: one block at a time.
         """
-        decoder = self.decoder(topic)
-        for block in self._storage.blocks(self._numbers([topic]), start_ns, stop_ns):
-            parts = [
-                (where[positions], table) for where, rows in block.rows() for positions, table in decoder.decode(rows)
-            ]
-            if len(parts) == 1:
-                yield block.log_time, parts[0][1]
-                continue
-            for where, table in sorted(parts, key=lambda part: int(part[0][0])):
-                yield block.log_time[where], table
+        for _, log_time, table in self.tables_of([topic], start_ns, stop_ns):
+            yield log_time, table
+
+    def tables_of(
+        self, topics: Sequence[str], start_ns: int | None = None, stop_ns: int | None = None
+    ) -> Iterator[tuple[str, NDArray[np.int64], NDArray[np.void]]]:
+        """Several topics in one pass: (topic, log times, messages) a block and topic at a time."""
+        decoders = {topic: self.decoder(topic) for topic in topics}
+        numbers = {i: name for i, name in enumerate(self.topics) if name in decoders}
+        for block in self._storage.blocks(set(numbers), start_ns, stop_ns):
+            for number, name in numbers.items():
+                own = block if len(numbers) == 1 else block.pick(np.flatnonzero(block.channel == number))
+                parts = [
+                    (where[positions], table)
+                    for where, rows in own.rows()
+                    for positions, table in decoders[name].decode(rows)
+                ]
+                for where, table in sorted(parts, key=lambda part: int(part[0][0])):
+                    yield name, own.log_time if len(parts) == 1 else own.log_time[where], table
 
     def columns(
         self, topic: str, names: Sequence[str], start_ns: int | None = None, stop_ns: int | None = None
