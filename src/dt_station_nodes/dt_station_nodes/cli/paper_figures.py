@@ -23,7 +23,7 @@ def draw(results: Results, folder: Path) -> dict[str, Path]:
     files = {}
     for number, function in FIGURES.items():
         figure = function(results)
-        figure.suptitle(f"As figure {number} of the paper, from our runs", fontsize=10)
+        figure.suptitle(f"Figure {number} of the paper from our runs. {function.__doc__}", fontsize=10)
         FigureCanvasAgg(figure)
         files[number] = folder / f"figure_{int(number):02d}.png"
         figure.savefig(files[number], dpi=120)

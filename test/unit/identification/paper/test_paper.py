@@ -3,11 +3,11 @@
 from functools import cache
 
 import pytest
-from support.controllers import CONFIG, controller, paper_model
 
 from dt_station_nodes.hardware import open_backend
 from dt_station_nodes.identification import paper
 from dt_station_nodes.identification.paper.rows import judged_same, judged_small
+from support.controllers import CONFIG, controller, paper_model
 
 
 def rig():

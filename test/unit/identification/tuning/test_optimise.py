@@ -4,10 +4,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.controllers import controller, paper_model
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.identification import tuning
+from support.controllers import controller, paper_model
 
 MODEL = paper_model()
 OTHER = {Channel.PRESSURE: "position_pid", Channel.POSITION: "pressure_pi"}

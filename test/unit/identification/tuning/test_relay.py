@@ -3,7 +3,6 @@
 import control
 import numpy as np
 import pytest
-from support.controllers import controller, paper_model
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.closed_loop import ModelPlant
@@ -11,6 +10,7 @@ from dt_station_nodes.core.control import LoopController
 from dt_station_nodes.core.models import PlantModel
 from dt_station_nodes.core.samples import ControlMode
 from dt_station_nodes.identification import tuning
+from support.controllers import controller, paper_model
 
 SAMPLE_TIME_S = 0.02
 MODEL = paper_model()
