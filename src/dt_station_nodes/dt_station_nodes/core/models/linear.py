@@ -1,6 +1,6 @@
 """Linear paths: well-scaled state space of a transfer function and its exact zero-order-hold discretisation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -38,25 +38,8 @@ class LinearPath:
 
 def coefficients(transfer: TransferFunction) -> tuple[Array, Array]:
     """Numerator (padded) and monic denominator, each shape (n + 1,), with gain and time scale applied."""
-    denominator = np.asarray(transfer.denominator, dtype=np.float64)
-    order = denominator.size - 1
-    numerator = np.zeros(order + 1)
-    given = np.trim_zeros(np.asarray(transfer.numerator, dtype=np.float64), "f")
-    if given.size:
-        numerator[order + 1 - given.size :] = given
-    integrators = order + 1 - np.trim_zeros(denominator, "b").size
-    stretch = transfer.time_scale ** np.arange(order, -1, -1.0)
-    denominator = denominator * stretch
-    numerator = numerator * stretch * transfer.gain * transfer.time_scale**integrators
-    return numerator / denominator[0], denominator / denominator[0]
-
-
-def discretise(transfer: TransferFunction, scale: float, step_s: float, outlet: Outlet = Outlet.SLOWEST) -> LinearPath:
-    """Exact zero-order-hold equivalent over `step_s` of the path times `scale`; its arrays are shared: read only.
-
-    Remembered: a fit asks for the same few paths thousands of times.
-    """
-    return _discretised(*coefficients_key(transfer), scale, step_s, outlet)
+    numerator, denominator = _monic(transfer.numerator, transfer.denominator, transfer.time_scale)
+    return numerator * transfer.gain, denominator
 
 
 def coefficients_key(transfer: TransferFunction) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -65,27 +48,57 @@ def coefficients_key(transfer: TransferFunction) -> tuple[tuple[float, ...], tup
     return tuple(numerator.tolist()), tuple(denominator.tolist())
 
 
-@lru_cache(maxsize=256)
-def _discretised(
-    given_numerator: tuple[float, ...],
-    given_denominator: tuple[float, ...],
-    scale: float,
-    step_s: float,
-    outlet: Outlet,
+def discretise(
+    transfer: TransferFunction, scale: float, step_s: float, outlet: Outlet | None = Outlet.SLOWEST
 ) -> LinearPath:
-    """The work of `discretise`.
+    """Exact zero-order-hold equivalent over `step_s` of the path times `scale`; its arrays are shared: read only.
+
+    Without an `outlet` nothing can be injected, which saves looking for poles.
+    """
+    unit = _discretised(transfer.numerator, transfer.denominator, transfer.time_scale, step_s, outlet)
+    factor = transfer.gain * scale
+    return replace(
+        unit,
+        c=unit.c * factor,
+        d=unit.d * factor,
+        e=unit.e / factor if factor != 0.0 else np.zeros_like(unit.e),
+        velocity=unit.velocity * factor,
+        velocity_direct=unit.velocity_direct * factor,
+        static_gain=unit.static_gain * factor,
+        standing_gain=unit.standing_gain * factor,
+    )
+
+
+def _monic(given: tuple[float, ...], below: tuple[float, ...], time_scale: float) -> tuple[Array, Array]:
+    denominator = np.array(below, dtype=np.float64)
+    order = denominator.size - 1
+    integrators = order - max(i for i, value in enumerate(below) if value != 0.0)
+    tail = given[-(order + 1) :]
+    numerator = np.zeros(order + 1)
+    numerator[order + 1 - len(tail) :] = tail
+    stretch = time_scale ** np.arange(order, -1, -1.0)
+    denominator = denominator * stretch
+    numerator = numerator * stretch * time_scale**integrators
+    return numerator / denominator[0], denominator / denominator[0]
+
+
+@lru_cache(maxsize=512)
+def _discretised(
+    given: tuple[float, ...], below: tuple[float, ...], time_scale: float, step_s: float, outlet: Outlet | None
+) -> LinearPath:
+    """The work of `discretise` for unit gain, remembered: a fit asks for the same few paths thousands of times.
 
     The companion form is built in the path's own time unit (geometric mean of its non-zero poles), which keeps
     a sixth-order path with coefficients up to 1e10 well conditioned.
     """
-    numerator, denominator = np.array(given_numerator), np.array(given_denominator)
+    numerator, denominator = _monic(given, below, time_scale)
     n = denominator.size - 1
-    d = float(numerator[0]) * scale
+    d = float(numerator[0])
     if n == 0:
         empty = np.zeros(0)
         return LinearPath(np.zeros((0, 0)), empty, empty, d, empty, empty, 0.0, 0.0, 0.0, d, 0.0)
-    nonzero = np.trim_zeros(denominator, "b")
-    rate = abs(nonzero[-1]) ** (1.0 / (nonzero.size - 1)) if nonzero.size > 1 else 1.0
+    slow = max(i for i, value in enumerate(denominator.tolist()) if value != 0.0)
+    rate = abs(float(denominator[slow])) ** (1.0 / slow) if slow else 1.0
     powers = rate ** -np.arange(n + 1.0)
     den = denominator * powers
     num = numerator * powers
@@ -94,8 +107,8 @@ def _discretised(
     a[1:, :-1] = np.eye(n - 1)
     b = np.zeros(n)
     b[0] = 1.0
-    c = (num[1:] - den[1:] * num[0]) * scale
-    e, outlet_rate, inlet_rate = _injection(den, c, outlet)
+    c = num[1:] - den[1:] * num[0]
+    e, outlet_rate, inlet_rate = (np.zeros(n), 0.0, 0.0) if outlet is None else _injection(den, c, outlet)
     augmented = np.zeros((n + 2, n + 2))
     augmented[:n, :n] = a
     augmented[:n, n] = b
@@ -111,7 +124,7 @@ def _discretised(
         velocity_direct=float(c @ b) * rate,
         outlet_rate=outlet_rate * rate,
         inlet_rate=inlet_rate * rate,
-        static_gain=float(num[-1] / den[-1]) * scale if den[-1] != 0.0 else 0.0,
+        static_gain=float(num[-1] / den[-1]) if den[-1] != 0.0 else 0.0,
         standing_gain=float(c[-1]) + d * float(den[-1]),
     )
 

@@ -51,12 +51,14 @@ def _stage(chosen: tuple[Attachment, Effect, dict[str, float]]) -> int:
 
 def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath:
     """Discretise a path and lay out its numbers; an absent path gives a constant zero."""
-    linear = _NOTHING if path is None else discretise(path, path.scale, step_s, path.outlet)
-    away = _NOTHING
-    if path is not None and path.disturbance is not None:
-        away = discretise(path.disturbance, path.scale * path.disturbance.input_scale, step_s)
     chosen = [] if path is None else [(registry()[e.name], e.parameters, e.at) for e in path.effects]
     stages = sorted(((at or effect.attachment, effect, given) for effect, given, at in chosen), key=_stage)
+    linear = away = _NOTHING
+    if path is not None:
+        inside = any(stage is Attachment.STATE for stage, _, _ in stages)
+        linear = discretise(path, path.scale, step_s, path.outlet if inside else None)
+        if path.disturbance is not None:
+            away = discretise(path.disturbance, path.scale * path.disturbance.input_scale, step_s, None)
     n, m = linear.b.size, away.b.size
 
     header = np.zeros(kernel.HEADER)
