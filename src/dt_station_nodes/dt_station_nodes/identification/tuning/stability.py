@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ...core.channels import Channel
 from ...core.control import LoopConfig
-from ...core.models import ModelSpec
-from ...core.models.linear import coefficients_key
+from ...core.models import ModelSpec, PathSpec
+from ...core.models.linear import coefficients
 from ...core.samples import ControlMode
 from .errors import TuningError
 from .forms import error_scale, fuzzy_slopes, fuzzy_steepest, linear
@@ -61,13 +61,18 @@ def continuous_path(model: ModelSpec, channel: Channel) -> control.TransferFunct
     path = model.paths.get(channel)
     if path is None:
         raise TuningError(f"model {model.name} has no {channel.value} path; choose another model or channel")
-    return _transfer(*coefficients_key(path))
+    return _transfer(*_key(path))
 
 
 def sampled_path(model: ModelSpec, channel: Channel, sample_time_s: float) -> control.TransferFunction:
     """Zero-order-hold equivalent of the path at the sample time."""
     continuous_path(model, channel)
-    return _sampled(*coefficients_key(model.paths[channel]), sample_time_s)
+    return _sampled(*_key(model.paths[channel]), sample_time_s)
+
+
+def _key(path: PathSpec) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    numerator, denominator = coefficients(path)
+    return tuple(numerator.tolist()), tuple(denominator.tolist())
 
 
 @lru_cache(maxsize=32)
