@@ -34,6 +34,7 @@ class Case:
     seed: int
     effects: tuple[tuple[str, int, str, int], ...] = ()
     mismatch: tuple[float, float] = (0.0, 0.0)
+    seconds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +85,8 @@ def _attempt(case: Case, attempt: int) -> Made:
     style = styles(rng, first[1], bipolar)
     if any(c == POSITION for _, c, _, _ in case.effects) and style.held:
         style = replace(style, held=False)
+    if case.seconds is not None:
+        style = replace(style, seconds=case.seconds)
     at = SHAPES.index(case.shape)
     drives = tuple(make_drive(style, SHAPES[(at + k) % 4], rng) for k in range(3))
     quiet = np.zeros(len(drives[0].load))

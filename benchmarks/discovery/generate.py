@@ -5,6 +5,7 @@ reads DIR/truth/truth.json.
 """
 
 import json
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -50,13 +51,14 @@ def main(
     out: Annotated[Path, typer.Option(help="new folder for runs/ and truth/")],
     which: Annotated[Set, typer.Option("--set", help="how many cases")] = Set.SMOKE,
     seed: Annotated[int, typer.Option(help="another seed, another set")] = 1,
+    seconds: Annotated[float | None, typer.Option(help="length of every run; else 24 to 60 s, drawn")] = None,
 ) -> None:
     """Make hidden runs and, apart from them, the truth."""
     if out.exists() and any(out.iterdir()):
         raise typer.BadParameter(f"{out} is not empty: name a new folder")
     truth = {}
     for i, case in enumerate(case_list(which.value, seed)):
-        made = make(case)
+        made = make(replace(case, seconds=seconds))
         write(made, out / "runs" / f"{i:04d}")
         truth[f"{i:04d}"] = truth_of(made)
     (out / "truth").mkdir(parents=True)

@@ -48,6 +48,7 @@ def main(
     cases: Annotated[Path | None, typer.Option(help="a set made before; else one is made and thrown away")] = None,
     which: Annotated[Set, typer.Option("--set", help="the set to make")] = Set.STANDARD,
     seed: Annotated[int, typer.Option(help="seed of the set to make")] = 1,
+    seconds: Annotated[float | None, typer.Option(help="length of the runs to make; else 24 to 60 s, drawn")] = None,
     model: Annotated[Path, typer.Option(help="the nominal model")] = ROOT / "config" / "models" / "paper.yaml",
     validate: Annotated[bool, typer.Option(help="give discovery the validation run too")] = True,
     follow: Annotated[bool, typer.Option(help="run the proposed experiments and discover again")] = False,
@@ -61,8 +62,10 @@ def main(
     with tempfile.TemporaryDirectory() as spare:
         if cases is None:
             cases = Path(spare) / "set"
-            generate(cases, which, seed)
+            generate(cases, which, seed, seconds)
             command = f"python -m benchmarks.discovery.score --set {which.value} --seed {seed} --page {out}"
+            if seconds is not None:
+                command += f" --seconds {seconds:g}"
         else:
             command = f"python -m benchmarks.discovery.score --cases {cases} --page {out}"
         if follow:
