@@ -69,7 +69,9 @@ def discover(
         if check.frozen_share > 0.0:
             frozen.add(check.channel)
         problem = make_problem(run, spec, check.channel, chosen, check.frozen)
-        finding = examine(problem, spec.paths[check.channel], chosen, progress)
+        finding = examine(
+            problem, spec.paths[check.channel], chosen, progress, _unseen(validation, spec, check.channel, chosen)
+        )
         if check.channel in frozen and finding.verdict is not Verdict.UNEXPLAINED:
             finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")
         findings.append(finding)
@@ -78,6 +80,14 @@ def discover(
         if finding.interrupted:
             break
     return _result(run, spec, model, validation, chosen, notes, findings)
+
+
+def _unseen(validation: Run | None, spec: ModelSpec, channel: Channel, settings: DiscoverySettings) -> Problem | None:
+    """The channel's problem on the validation run, where that run tells anything about it."""
+    if validation is None:
+        return None
+    usable = [c for c in check_run(validation) if c.channel is channel and c.excited and c.frozen_share == 0.0]
+    return make_problem(validation, spec, channel, settings) if usable else None
 
 
 def _result(

@@ -15,15 +15,26 @@ from .problem import Hypothesis, Problem, Term
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
+Task = tuple["Explanation", Candidate]
+
+
+# A residual below this share of the signal is form error that no one would call a gap.
+NEGLIGIBLE = 1e-3
+# Twice the log prior odds against forms that are rarely what a name means.
+UNUSUAL = {("backlash", "input"): 4.0, ("overflow", "output"): 1.0}
 
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """A set of effects fitted to a channel. `freed`: the parameters of each that the fit moved."""
+    """A set of effects fitted to a channel. `freed`: the parameters of each that the fit moved.
+
+    `rss`: sum of squares over the working sigma on the run and on the validation run, which the fit has not seen.
+    """
 
     fit: Fit
     added: tuple[str, ...]
     freed: Freed
+    rss: float
 
     @property
     def inside(self) -> bool:
@@ -37,34 +48,59 @@ class Bench:
 
     problem: Problem
     nominal: tuple[Term, ...]
+    check: Problem | None = None
     jobs: int = 1
     progress: Progress | None = None
 
+    @property
+    def count(self) -> int:
+        """Samples compared, of both runs."""
+        return len(self.problem.measured) + (len(self.check.measured) if self.check is not None else 0)
 
-# A residual below this share of the signal is form error that no one would call a gap.
-NEGLIGIBLE = 1e-3
-# Twice the log prior odds against forms that are rarely what a name means.
-UNUSUAL = {("backlash", "input"): 4.0, ("overflow", "output"): 1.0}
+    @property
+    def freedom(self) -> float:
+        """Samples compared less offsets estimated, of both runs."""
+        both = [self.problem] if self.check is None else [self.problem, self.check]
+        return sum(float(p.weights.sum()) - p.windows.freedoms for p in both)
+
+    @property
+    def negligible(self) -> float:
+        """Power over the working sigma, a sample, that no one would call a gap."""
+        return (NEGLIGIBLE * self.problem.signal / self.problem.sigma) ** 2
+
+    def explained(self, fit: Fit, added: tuple[str, ...], freed: Freed) -> "Explanation":
+        """A fit with its residual on the validation run."""
+        rss = fit.rss
+        if self.check is not None:
+            unseen = self.check.residual(fit.path)
+            rss += float(unseen @ unseen) / self.problem.sigma**2
+        return Explanation(fit, added, freed, rss)
+
+    def worth(self, explanation: "Explanation") -> float:
+        """Effective number of samples of both runs, by an explanation's residual."""
+        residual = explanation.fit.residual
+        return effective_samples(residual) * self.count / len(residual)
 
 
-def penalised(problem: Problem, explanation: Explanation, samples: float) -> float:
+def penalised(bench: Bench, explanation: Explanation, samples: float) -> float:
     """Twice the negative log-likelihood with `samples` effective samples, priors and complexity (BIC) included."""
     fit = explanation.fit
-    count = len(problem.measured)
-    negligible = count * (NEGLIGIBLE * problem.signal / problem.sigma) ** 2
     unusual = sum(UNUSUAL.get((e.name, e.at.value if e.at else ""), 0.0) for e in fit.path.effects)
     complexity = fit.freedoms * np.log(max(samples, 2.0)) + unusual
-    return float(samples * np.log((fit.rss + negligible) / count) + fit.penalty + complexity)
+    return float(samples * np.log(explanation.rss / bench.count + bench.negligible) + fit.penalty + complexity)
 
 
 def fit_null(bench: Bench, path: PathSpec) -> Explanation:
     """The path with its nominal parameters alone refitted."""
     fit = fit_hypothesis(bench.problem, Hypothesis(path, bench.nominal), iterations=12)
-    return Explanation(fit, (), {})
+    return bench.explained(fit, (), {})
 
 
-def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate) -> Explanation:
-    """One more effect on a base, plain then refined; the refined form only where it earns its parameters."""
+def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate, hasty: bool = False) -> Explanation:
+    """One more effect on a base, plain then refined; the refined form only where it earns its parameters.
+
+    A `hasty` fit is a few steps of the plain form: enough to see which candidates deserve the whole.
+    """
     problem = bench.problem
     base_freed = {name: freed for name, freed in base.freed.items() if name != candidate.name}
     added = (*(name for name in base.added if name != candidate.name), candidate.name)
@@ -75,44 +111,53 @@ def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate) -> Expl
     # A null refit may have bent the nominal parameters far off to hide the effect: begin from the given ones too.
     centres = np.array([term.centre for term in bench.nominal])
     starts += [np.concatenate([centres, x[len(centres) :]]) for x in starts]
-    fit = fit_hypothesis(problem, hypotheses[0], starts, keep=3)
-    plain = Explanation(fit, added, freed)
-    if not candidate.optional:
+    keep, iterations = (1, 3) if hasty else (3, 10)
+    fit = fit_hypothesis(problem, hypotheses[0], starts, iterations, keep)
+    plain = bench.explained(fit, added, freed)
+    if hasty or not candidate.optional:
         return plain
     freed = {**base_freed, candidate.name: candidate.required + candidate.optional}
     paths = refined_starts(problem, fit.path, candidate, base.fit.residual)
     hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
     finer = fit_hypothesis(problem, hypotheses[0], [h.start() for h in hypotheses], keep=2)
-    refined = Explanation(finer, added, freed)
-    samples = effective_samples(finer.residual)
-    return min(plain, refined, key=lambda e: penalised(problem, e, samples))
+    refined = bench.explained(finer, added, freed)
+    samples = bench.worth(refined)
+    return min(plain, refined, key=lambda e: penalised(bench, e, samples))
 
 
-def scan(
-    bench: Bench, bases: Iterable[Explanation], candidates: Sequence[Candidate] | None = None
-) -> tuple[Explanation, ...]:
-    """Every candidate on every base, best first by cost; the same whatever the number of workers."""
-    pool = library(bench.problem.channel) if candidates is None else candidates
-    tasks = [(base, c) for base in bases for c in pool if c.name not in base.added]
+def _each(bench: Bench, tasks: Sequence[Task], hasty: bool) -> list[Explanation]:
+    """Fits of all tasks in their order, whatever the number of workers."""
 
-    def work(task: tuple[Explanation, Candidate]) -> Explanation:
+    def work(task: Task) -> Explanation:
         base, candidate = task
-        if bench.progress is not None:
+        if bench.progress is not None and not hasty:
             names = " + ".join((*base.added, candidate.name))
             bench.progress(f"{bench.problem.channel.value}: {names}")
-        return fit_candidate(bench, base, candidate)
+        return fit_candidate(bench, base, candidate, hasty)
 
     if bench.jobs > 1 and len(tasks) > 1:
         with ThreadPoolExecutor(bench.jobs) as workers:
-            found = list(workers.map(work, tasks))
-    else:
-        found = [work(task) for task in tasks]
+            return list(workers.map(work, tasks))
+    return [work(task) for task in tasks]
+
+
+def scan(bench: Bench, bases: Iterable[Explanation], most: int = 0) -> list[Explanation]:
+    """Every candidate on every base, the best of each set of names, best first by cost.
+
+    With `most` given, a hasty fit of all chooses that many for the whole fit.
+    """
+    pool = library(bench.problem.channel)
+    tasks = [(base, c) for base in bases for c in pool if c.name not in base.added]
+    if 0 < most < len(tasks):
+        first = _each(bench, tasks, True)
+        order = sorted(range(len(tasks)), key=lambda i: (first[i].fit.fitted.cost, i))
+        tasks = [tasks[i] for i in sorted(order[:most])]
     best: dict[tuple[str, ...], Explanation] = {}
-    for explanation in found:
+    for explanation in _each(bench, tasks, False):
         key = tuple(sorted(explanation.added))
         if key not in best or explanation.fit.fitted.cost < best[key].fit.fitted.cost:
             best[key] = explanation
-    return tuple(sorted(best.values(), key=lambda e: (e.fit.fitted.cost, e.added)))
+    return sorted(best.values(), key=lambda e: (e.fit.fitted.cost, e.added))
 
 
 def floor_of(problem: Problem, explanations: Sequence[Explanation]) -> float:
