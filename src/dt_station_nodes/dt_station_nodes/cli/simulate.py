@@ -29,14 +29,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-_FIELDS = {
-    "amplitude": ("amplitude", None),
-    "offset": ("offset", None),
-    "value": ("offset", None),
-    "frequency": ("frequency_hz", "frequency"),
-    "phase": ("phase_rad", "angle"),
-    "duty": ("duty", "ratio"),
-}
 _LONGEST = 20_000_000
 
 
@@ -65,6 +57,7 @@ def simulate(
     Example: dt-station simulate paper --load square,amplitude=2.5V,offset=2.5V,frequency=0.25Hz --duration 24
     """
     from ..core.channels import Channel
+    from .typed_waveform import parse_waveform
 
     spec, _ = load_model(model)
     _check_stable(spec, model)
@@ -77,32 +70,10 @@ def simulate(
         if not (0.0 < sample_time < 100.0 and 2 <= duration / sample_time <= _LONGEST):
             raise UserError(f"--duration {duration:g} and --sample-time {sample_time:g}: give 2 to {_LONGEST} samples.")
         texts = {Channel.PRESSURE: load, Channel.POSITION: servo}
-        waveforms = {c: waveform(t, _dimension(c, c in loops)) for c, t in texts.items()}
+        waveforms = {c: parse_waveform(t, _dimension(c, c in loops)) for c, t in texts.items()}
         measured, result = None, _from_waveforms(spec, waveforms, loops, sample_time, round(duration / sample_time))
     folder = output_dir("simulate", out, force)
     _leave(spec, result, measured, folder, json)
-
-
-def waveform(text: str, dimension: str) -> "Waveform":
-    """A waveform as typed: a plain quantity, or SHAPE,name=quantity,... Raises UserError."""
-    from ..core.units import parse_quantity
-    from ..core.waveforms import Shape, Waveform
-
-    shape_text, *parts = [part.strip() for part in text.split(",")]
-    shapes = {shape.name.lower(): shape for shape in Shape}
-    if shape_text not in shapes:
-        if parts:
-            raise UserError(f"{text!r}: no waveform is called {shape_text!r}; there are {', '.join(shapes)}.")
-        return Waveform(Shape.CONSTANT, offset=parse_quantity(shape_text, dimension))
-    shape = shapes[shape_text]
-    values: dict[str, float] = {"duty": shape.usual_duty}
-    for part in parts:
-        key, equals, quantity = part.partition("=")
-        if not equals or key not in _FIELDS:
-            raise UserError(f"{text!r}: write each part as one of {', '.join(_FIELDS)} = quantity, not {part!r}.")
-        name, own = _FIELDS[key]
-        values[name] = parse_quantity(quantity, own or dimension)
-    return Waveform(shape, **values)
 
 
 def _check_stable(spec: "ModelSpec", name: str) -> None:

@@ -75,23 +75,23 @@ def select(
     Candidates are compared by the simulation error on blocks left out of the fit; the smallest model whose error there
     does not exceed the best one's by more than its standard error wins. Raises IdentificationError where none fits.
     """
-    candidates: list[Estimate] = []
+    done: dict[tuple[int, int], Estimate] = {}
     complaint: IdentificationError | None = None
     for poles, zeros in grid:
         advance(f"{poles} poles, {zeros} zeros")
         orders_of_path = replace(structure.paths[path], poles=poles, zeros=zeros)
         trial = structure.with_path(path, orders_of_path)
-        near = [c for c in candidates if c.structure.paths[path].poles in (poles, poles - 1)][-2:]
-        starts = [_widened(smaller, path, orders_of_path.free_poles) for smaller in near]
+        near = ((poles, zeros - 1), (poles - 1, zeros), (poles - 1, zeros - 1))
+        starts = [_widened(done[each], path, orders_of_path.free_poles) for each in near if each in done]
         try:
-            candidates.append(estimate(trial, data, starts=starts))
+            done[poles, zeros] = estimate(trial, data, starts=starts)
         except IdentificationError as error:
             complaint = error
-    if not candidates:
+    if not done:
         raise complaint or IdentificationError("No model of the grid could be estimated; excite the input more.")
     advance("blocks left out")
-    hopeless = HOPELESS * min(fitted.cost for fitted in candidates)
-    return choose([scored(fitted, data, path, hopeless) for fitted in candidates])
+    hopeless = HOPELESS * min(fitted.cost for fitted in done.values())
+    return choose([scored(fitted, data, path, hopeless) for fitted in done.values()])
 
 
 def scored(fitted: Estimate, data: Data, path: int, hopeless: float = np.inf) -> Candidate:
@@ -164,6 +164,6 @@ def _widened(smaller: Estimate, path: int, free_poles: int) -> tuple[Array, ...]
         if index == path:
             while denominator.size - 1 < free_poles:
                 fastest = max([abs(r) for r in np.roots(denominator)], default=smaller.rate_rad_s)
-                denominator = np.convolve(denominator, [1.0, 2.0 * fastest])
+                denominator = np.convolve(denominator, [1.0, 6.0 * fastest])
         denominators.append(denominator)
     return tuple(denominators)
