@@ -36,6 +36,14 @@ class ParameterSnapshot:
         self._timer = node.create_timer(_POLL_S, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _look(self) -> None:
+        try:
+            self._ask_around()
+        except Exception:
+            # a signal may end the context between two lines
+            if self._node.context.ok():
+                raise
+
+    def _ask_around(self) -> None:
         here = self._node.get_namespace()
         names = {name for name, space in self._node.get_node_names_and_namespaces() if space == here}
         for name in sorted(names - set(self._inquiries)):

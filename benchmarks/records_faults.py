@@ -1,0 +1,186 @@
+"""Kill -9 of the recorder, of any node, and of the whole graph at random moments: what a bag loses.
+
+    python benchmarks/records_faults.py [--kills 100] [--seed 1]
+
+A witness, a second recorder that is not killed, says what the killed one must have: every message up to one second
+before the kill. Prints counts; exit status 1 if a single one of those is missing or differs.
+"""
+
+import argparse
+import contextlib
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+ALLOWED_S = 1.0
+SETTLE_S = 0.4
+MARGIN_NS = 5_000_000
+
+
+@dataclass
+class Tally:
+    """Kills, bags that had to be recovered, messages that had to be there, those that were, and the worst loss (s)."""
+
+    kills: int = 0
+    torn: int = 0
+    due: int = 0
+    missing: int = 0
+    worst_s: float = 0.0
+
+    def line(self, what: str) -> str:
+        return (
+            f"{what:12} {self.kills:4} kills, {self.torn:4} torn bags, {self.due:8} messages due, "
+            f"{self.missing} missing, longest loss {self.worst_s * 1e3:.0f} ms"
+        )
+
+
+def recorder(folder: Path, name: str) -> subprocess.Popen:
+    command = [sys.executable, "-m", "dt_station_nodes.nodes", "recorder", "--ros-args", "-r", f"__node:={name}"]
+    command += ["-r", "__ns:=/station", "-p", f"out:={folder}", "-p", "sync:=false"]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, start_new_session=True)
+
+
+def station(log: Path):
+    from dt_station_nodes.nodes.scenario import Scenario
+    from dt_station_nodes.nodes.supervisor import Supervisor
+
+    scenario = Scenario.load("paper").model_copy(update={"pace": "realtime", "duration_s": 0.0})
+    shutil.rmtree(log, ignore_errors=True)
+    supervisor = Supervisor(scenario, log_dir=log)
+    supervisor.start()
+    while supervisor.observed.value("daq_bridge", "phase") != "running":
+        supervisor.step(0.1)
+    return supervisor
+
+
+def wait_for(path: Path, alive, timeout_s: float = 60.0) -> None:
+    """Until the recorder has begun its file and recorded for a moment."""
+    end = time.monotonic() + timeout_s
+    while not path.is_file():
+        alive()
+        if time.monotonic() > end:
+            raise TimeoutError(f"{path} did not appear")
+    for _ in range(round(SETTLE_S / 0.1)):
+        alive()
+
+
+def held(folder: Path, scratch: Path) -> tuple[dict[tuple[str, bytes], int], bool]:
+    """Station messages of a bag, recovered if it is torn, with their log times."""
+    from dt_station_nodes.records import Bag, RecordError
+    from dt_station_nodes.records.recovery import recover
+
+    torn = False
+    try:
+        bag = Bag(folder)
+    except RecordError:
+        torn = True
+        shutil.rmtree(scratch, ignore_errors=True)
+        recover(folder, scratch)
+        bag = Bag(scratch)
+    with bag:
+        topics = [t for t, stored in bag.topics.items() if stored.info.msgtype.startswith("dt_station_msgs/")]
+        return {(m.topic, m.data): m.log_time for m in bag.messages(topics)}, torn
+
+
+def judge(tally: Tally, witness: Path, victim: Path, scratch: Path, killed_ns: int, recorder_killed: bool) -> None:
+    """What the witness has, from when the victim heard a topic to the kill, must be saved.
+
+    Up to one second before the kill of the recorder. Where a node was killed instead, its topics fall silent, and its
+    successor's first messages reach whoever DDS lets hear it first: these are left out.
+    """
+    seen, _ = held(witness, scratch)
+    saved, torn = held(victim, scratch)
+    tally.torn += torn
+    if not saved:
+        raise RuntimeError(f"{victim} holds nothing")
+    limit = killed_ns - round((ALLOWED_S if recorder_killed else SETTLE_S / 2) * 1e9)
+    for topic in {topic for topic, _ in saved}:
+        times = sorted(at for (name, _), at in saved.items() if name == topic)
+        again = next((at for at in times if at > killed_ns), None)
+        after = again + MARGIN_NS if again and not recorder_killed else times[-1]
+        own = [(key, at) for key, at in seen.items() if key[0] == topic]
+        due = {key for key, at in own if times[0] + MARGIN_NS < at < limit or after < at < times[-1]}
+        tally.due += len(due)
+        lost = due - set(saved)
+        tally.missing += len(lost)
+        for key in lost:
+            print(f"  missing on {topic}: {(seen[key] - killed_ns) * 1e-6:.0f} ms after the kill", flush=True)
+    if recorder_killed:
+        tally.worst_s = max(tally.worst_s, (killed_ns - max(saved.values())) * 1e-9)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    choose = random.Random(arguments.seed)
+    share = {"recorder": arguments.kills * 3 // 5, "node": arguments.kills // 4}
+    share["whole graph"] = arguments.kills - sum(share.values())
+    tallies = {what: Tally() for what in share}
+    folder = Path(tempfile.mkdtemp(prefix="dt-station-"))
+    running: list[subprocess.Popen] = []
+    supervisor = station(folder / "log")
+    try:
+        for what, count in share.items():
+            for trial in range(count):
+                stem = f"{what.replace(' ', '-')}{trial}"
+                witness, victim = folder / f"{stem}-witness", folder / f"{stem}-victim"
+                running = [recorder(witness, f"witness{trial}"), recorder(victim, f"victim{trial}")]
+                alive = lambda station=supervisor: station.step(0.1)  # noqa: E731
+                wait_for(witness / f"{witness.name}_0.mcap", alive)
+                wait_for(victim / f"{victim.name}_0.mcap", alive)
+                end = time.monotonic() + 1.0 + choose.random() * 1.5
+                while time.monotonic() < end:
+                    supervisor.step(0.02)
+                names = [name for name in supervisor.scenario.nodes if name != "daq_bridge"]
+                targets = {
+                    "recorder": [running[1].pid],
+                    "node": [supervisor.process_id(choose.choice(names))],
+                    "whole graph": [
+                        running[1].pid,
+                        *(supervisor.process_id(name) for name in supervisor.scenario.nodes),
+                    ],
+                }[what]
+                killed_ns = time.time_ns()
+                for target in targets:
+                    with contextlib.suppress(ProcessLookupError):
+                        os.kill(target, signal.SIGKILL)
+                if what == "whole graph":
+                    supervisor.stop()
+                elif what == "node":
+                    for _ in range(30):
+                        supervisor.step(0.05)
+                for process in running:
+                    with contextlib.suppress(ProcessLookupError):
+                        process.send_signal(signal.SIGINT)
+                    process.wait(30)
+                tallies[what].kills += 1
+                judge(tallies[what], witness, victim, folder / "scratch", killed_ns, what != "node")
+                for done in (witness, victim):
+                    shutil.rmtree(done)
+                if what == "whole graph" and trial < count - 1:
+                    supervisor = station(folder / "log")
+            print(tallies[what].line(what), flush=True)
+    finally:
+        for process in running:
+            if process.poll() is None:
+                process.kill()
+        supervisor.stop()
+        shutil.rmtree(folder, ignore_errors=True)
+    total = Tally(*(sum(getattr(t, name) for t in tallies.values()) for name in ("kills", "torn", "due", "missing")))
+    total.worst_s = max(tally.worst_s for tally in tallies.values())
+    print(total.line("all"))
+    return 1 if total.missing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
