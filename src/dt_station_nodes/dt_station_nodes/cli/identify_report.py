@@ -63,10 +63,7 @@ def paths(run: Run, found: Sequence[IdentifiedPath], check: Run | None, base: Mo
         summaries.append(summary)
         tag = f"{path.channel.value}-{path.method.value}"
         figures[f"{tag}-fit"] = fit_figure(path)
-        transfers = {path.channel.value: path.transfer}
-        if path.disturbance is not None:
-            transfers["disturbance"] = path.disturbance
-        figures[f"{tag}-bode"] = bode_figure(transfers, run.sample_time_s)
+        figures[f"{tag}-bode"] = bode_figure(path)
         tables += [_candidates(path), _parameters(named_intervals(path), path), *_remarks(path, summary)]
         if chosen[path.channel] is path:
             intervals.update(named_intervals(path))

@@ -90,6 +90,20 @@ class Estimate:
         every = [Interval(float(v), float(v - h), float(v + h)) for v, h in zip(self.theta, half, strict=True)]
         return tuple(every[numerator]), tuple(every[denominator])
 
+    def gain_band(self, frequency_rad_s: Array, path: int = 0) -> Array:
+        """Half widths of the 95 % intervals of the gain at frequencies, by linearisation."""
+        spread = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        slopes = np.zeros((frequency_rad_s.size, self.theta.size))
+        for i in np.flatnonzero(spread):
+            step = np.zeros(self.theta.size)
+            step[i] = max(0.01 * spread[i], 1e-9 * abs(self.theta[i]))
+            up, down = (
+                np.abs(transfer_functions(self.structure, moved)[path].frequency_response(frequency_rad_s))
+                for moved in (self.theta + step, self.theta - step)
+            )
+            slopes[:, i] = (up - down) / (2.0 * step[i])
+        return np.asarray(Z95 * np.sqrt(np.maximum(np.sum((slopes @ self.covariance) * slopes, axis=1), 0.0)))
+
     def delay(self, path: int = 0) -> Interval:
         """Delay of a path, s."""
         return self.interval(lambda theta: unpack(self.structure, theta)[0][path].delay_s)

@@ -6,20 +6,22 @@ from matplotlib.figure import Figure
 from ..core.run import Array, Run
 from .noise import autocorrelation
 from .static_characteristic import StaticCharacteristic
-from .station import IdentifiedPath
-from .transfer import TransferFunction
+from .station import IdentifiedPath, Method
 
 
 def fit_figure(path: IdentifiedPath) -> Figure:
-    """Measured and simulated output, the residual, and its autocorrelation with the band of whiteness."""
+    """Measured and simulated output, whole and closer, the residual, and its autocorrelation."""
     data = path.data
-    figure = _figure(9.0, 7.5)
-    above, middle, below = figure.subplots(3, 1, height_ratios=[3, 1.5, 1.5])
+    figure = _figure(9.0, 9.0)
+    above, close, middle, below = figure.subplots(4, 1, height_ratios=[2, 2, 1.5, 1.5])
     time_s = data.sample_time_s * np.arange(len(data))
-    above.plot(time_s, data.output, label="measured", color="0.4", linewidth=0.9)
-    above.plot(time_s, path.estimate.output, label=f"model, fit {path.estimate.fit_percent:.2f} %", linewidth=1.0)
-    above.set_ylabel(f"{data.output_name} / {path.scale:g}")
-    above.legend(loc="best")
+    start = len(data) // 3
+    for axes, rows in ((above, slice(None)), (close, slice(start, start + max(len(data) // 12, 10)))):
+        axes.plot(time_s[rows], data.output[rows], label="measured", color="0.3", linewidth=0.9)
+        label = f"model, fit {path.estimate.fit_percent:.2f} %"
+        axes.plot(time_s[rows], path.estimate.output[rows], label=label, linestyle="--", linewidth=1.2)
+        axes.set_ylabel(f"{data.output_name or path.channel.signal} / {path.scale:g}")
+    above.legend(loc="upper right")
     middle.plot(time_s, path.estimate.residual, linewidth=0.7)
     middle.set_ylabel("residual")
     middle.set_xlabel("time, s")
@@ -33,16 +35,24 @@ def fit_figure(path: IdentifiedPath) -> Figure:
     return figure
 
 
-def bode_figure(transfers: dict[str, TransferFunction], sample_time_s: float) -> Figure:
-    """Bode diagrams up to the Nyquist frequency, and poles and zeros."""
+def bode_figure(path: IdentifiedPath) -> Figure:
+    """Bode diagrams up to the Nyquist frequency with 95 % bands of the gain, and poles and zeros."""
+    transfers = {path.channel.value if path.method is not Method.DISTURBANCE else "disturbance": path.transfer}
+    if path.method is Method.DIRECT and path.disturbance is not None:
+        transfers["disturbance"] = path.disturbance
+    sample_time_s = path.data.sample_time_s
     figure = _figure(9.0, 7.5)
     layout = figure.subplot_mosaic([["gain", "poles"], ["phase", "poles"]], width_ratios=[1.2, 1.0])
     nyquist = np.pi / sample_time_s
     frequency: Array = np.geomspace(nyquist / 1000.0, nyquist, 400)
-    for name, transfer in transfers.items():
+    for index, (name, transfer) in enumerate(transfers.items()):
         response = transfer.frequency_response(frequency)
         (line,) = layout["gain"].loglog(frequency, np.abs(response), label=name)
         colour = line.get_color()
+        if path.method is not Method.CLOSED_LOOP:
+            half = path.estimate.gain_band(frequency, index)
+            low = np.maximum(np.abs(response) - half, 1e-3 * np.abs(response))
+            layout["gain"].fill_between(frequency, low, np.abs(response) + half, color=colour, alpha=0.25)
         layout["phase"].semilogx(frequency, np.degrees(np.unwrap(np.angle(response))), color=colour)
         poles, zeros = transfer.poles(), transfer.zeros()
         layout["poles"].plot(poles.real, poles.imag, "x", color=colour, label=f"{name} poles")
