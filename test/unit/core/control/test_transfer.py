@@ -1,5 +1,6 @@
 """Changes of mode and of settings while the loop runs make no bump."""
 
+import time
 from itertools import product
 from pathlib import Path
 
@@ -111,3 +112,11 @@ def test_a_dead_sensor_does_not_poison_the_new_law() -> None:
     changed, state = controller.reconfigured(ALL.with_mode(ControlMode.PI), state, dead)
     assert changed.step(state, dead)[1].voltage_v == out.voltage_v
     assert np.isfinite(changed.step(state, ControlInput(0.01, 0.005, 2e6))[1].voltage_v)
+
+
+def test_a_live_switch_to_fuzzy_takes_no_longer_than_a_sample() -> None:
+    controller, state, given, _ = run_up(ALL)
+    fuzzy = ALL.with_mode(ControlMode.FUZZY)
+    start = time.process_time()
+    controller.reconfigured(fuzzy, state, given)
+    assert time.process_time() - start < 0.01

@@ -7,6 +7,7 @@ from typing import Any
 from ..samples import ControlMode
 from .config import LoopConfig, check_sample_time
 from .fuzzy import FuzzyLaw
+from .fuzzy_surface import surface
 from .law import Law
 from .manual import ManualLaw
 from .pi import PiLaw
@@ -40,6 +41,9 @@ class LoopController:
         self._upper = math.inf if limits.upper_v is None else limits.upper_v
         self._rate = math.inf if limits.rate_v_per_s is None else limits.rate_v_per_s * sample_time_s
         self._decay = math.exp(-sample_time_s / config.transfer_time_s)
+        if config.fuzzy is not None:
+            # Now, so that a live switch to fuzzy finds its surface ready.
+            surface(config.fuzzy)
         self._law = _law(config, sample_time_s)
 
     def initial_state(self) -> LoopState:
