@@ -1,17 +1,22 @@
 """What the recorder must know of a topic: its type, how its writers offer it, where it lies in the bag."""
 
 import importlib
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
+from ..records.bag import storage_files
 from ..records.bagwriter import RecordedTopic
 from ..records.definitions import installed_definition, type_hash
+from ..records.rosbag2 import NAME as METADATA
 from ..records.rosbag2 import TopicInfo, dump_qos
 from ..records.sequences import kind_of, number_reader
 from ..records.writerthread import WriterThread
+from . import lifeline
 from .parameters import ParameterError
 
 _NANO = 1_000_000_000
@@ -94,3 +99,17 @@ def deepened(qos: QoSProfile, depth: int) -> QoSProfile:
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=qos.reliability, durability=qos.durability
     )
+
+
+def free_folder(node: Node, folder: Path) -> Path:
+    """Where to record: the folder itself, unless a supervised recorder was killed there and this is its successor.
+
+    Then the torn bag is left for `recover`, and the recording goes on beside it.
+    """
+    if lifeline.VARIABLE not in os.environ or not storage_files(folder, ".mcap") or (folder / METADATA).exists():
+        return folder
+    number = 2
+    while (beside := folder.with_name(f"{folder.name}-{number}")).exists():
+        number += 1
+    node.get_logger().warning(f"{folder} is torn, its recorder was killed; going on in {beside}")
+    return beside

@@ -20,7 +20,7 @@ from .diagnostics import Diagnostics, Health, Level
 from .parameter_snapshot import ParameterSnapshot
 from .parameters import Parameter, ParameterError, ParameterSet
 from .qos import DIAGNOSTICS_READER, LATCHED, SETPOINT_READER, STREAM, WAVEFORM
-from .recorded_topics import TopicSlot, deepened, message_class
+from .recorded_topics import TopicSlot, deepened, free_folder, message_class
 from .referenced_files import referenced_files
 from .spinning import run_node
 
@@ -76,7 +76,7 @@ class Recorder:
         )  # fmt: skip
         attached = [(Path(name).name, Path(name).read_bytes()) for name in values["attach"]]
         context = provenance({"node": node.get_fully_qualified_name(), "topics": " ".join(chosen)})
-        self.folder = Path(values["out"])
+        self.folder = free_folder(node, Path(values["out"]))
         bag = BagWriter(self.folder, options, context, patient=True)
         self._writer = WriterThread(bag, int(values["queue_mb"] * 1e6))
         # log times: steady, so that the bag's order is that of arrival whatever happens to the clock

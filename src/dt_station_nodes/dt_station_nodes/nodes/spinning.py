@@ -117,9 +117,10 @@ def run_node(name: str, factory: Factory, args: Sequence[str] | None = None) -> 
     node: Node | None = None
     part: Part | None = None
     executor: Executor | None = None
-    status = 0
+    status, initialised = 0, False
     try:
         rclpy.init(args=list(sys.argv if args is None else args))
+        initialised = True
         context = rclpy.get_default_context()
         node = Node(name, namespace=NAMESPACE)
         part = factory(node)
@@ -137,7 +138,8 @@ def run_node(name: str, factory: Factory, args: Sequence[str] | None = None) -> 
         status = 1
     except Exception as error:
         if type(error).__module__.startswith("rclpy."):
-            if rclpy.ok():
+            # after a signal the context is gone, and so is the interest in what fails without it
+            if rclpy.ok() or not initialised:
                 print(f"{name}: {error}", file=sys.stderr)
                 status = 2
         else:
