@@ -10,7 +10,7 @@ import numpy as np
 from ..core.channels import Channel
 from ..core.comparison import score
 from ..core.run import Array, Run
-from ..identification.tuning.criteria import StepFigures, error_index, step_figures
+from ..identification.tuning import StepFigures, error_index, step_figures
 from ..nodes.statistics import RunStatistics
 
 # the index (8) is over 4 s to 20 s, four whole load cycles; errors in mm.

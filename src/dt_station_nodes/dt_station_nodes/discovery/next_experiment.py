@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.channels import Channel
-from ..core.models.single import PathSimulator
+from ..core.models import PathSimulator
 from ..core.waveforms import Shape, Waveform, WaveformGenerator
 from .channel import Finding
 from .hypothesis_fit import fit_hypothesis

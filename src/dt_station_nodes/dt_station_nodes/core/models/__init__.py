@@ -1,7 +1,9 @@
 """Models of the object: readable YAML, exact linear paths, compiled effects, one kernel."""
 
+from .linear import coefficients
 from .plant import ModelInput, ModelOutput, ModelState, PlantModel, Simulation
 from .prepare import LONGEST_SUBSTEP_S
+from .single import PathSimulator
 from .spec import DisturbanceSpec, EffectSpec, ModelError, ModelSpec, Outlet, PathSpec, TransferFunction
 
 __all__ = [
@@ -14,8 +16,10 @@ __all__ = [
     "ModelSpec",
     "ModelState",
     "Outlet",
+    "PathSimulator",
     "PathSpec",
     "PlantModel",
     "Simulation",
     "TransferFunction",
+    "coefficients",
 ]

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ...core.channels import Channel
 from ...core.control import LoopConfig
-from ...core.models import ModelSpec, PathSpec
-from ...core.models.linear import coefficients
+from ...core.models import ModelSpec, PathSpec, coefficients
 from ...core.samples import ControlMode
 from .errors import TuningError
 from .forms import error_scale, fuzzy_slopes, fuzzy_steepest, linear
