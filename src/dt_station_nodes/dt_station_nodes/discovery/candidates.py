@@ -15,7 +15,7 @@ from .problem import Hypothesis, Problem, Term, effect_term, unit_of
 Array = NDArray[np.float64]
 Freed = Mapping[str, tuple[str, ...]]
 
-_MOST_COMBINATIONS = 24
+_MOST_COMBINATIONS = 64
 
 
 @dataclass(frozen=True, slots=True)

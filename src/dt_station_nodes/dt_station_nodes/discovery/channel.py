@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
+from ..core.models.effects import registry
 from .noise import effective_samples, whiteness
-from .problem import Problem, nominal_terms
+from .problem import Problem, nominal_terms, refits_all
 from .result import Verdict
 from .selection import Bench, Explanation, Progress, fit_null, floor_of, in_vocabulary, penalised, scan
 from .settings import DiscoverySettings
@@ -20,10 +21,15 @@ ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexit
 ENOUGH_TO_REFIT = 12.0
 SAME = 6.0  # closer candidates are reported as one set
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
+ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise
+ROUGH_GAIN = 0.025  # there a further effect must be worth this share of the gap
+ROUGH_ENOUGH = 10.0
 LEFT_NOISE = 0.2  # and of the noise power
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
+SMALL_SHARE = 0.02  # one that is worth less of the gap
+SMALL_LEAVES = 0.12  # must leave next to nothing of it
 WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
-WORTH_SHARE = 0.004  # and more than this of the gap
+WORTH_SHARE = 0.0008  # and more than this of the gap
 NOT_WHITE = 4.0  # times the squared autocorrelation of white noise
 MORE_LEAVES = 0.6  # a third effect is tried only where the second left at most this
 BEAM = 3
@@ -68,6 +74,7 @@ class _Measure:
     bench: Bench
     sigma: float
     samples: float
+    rough: bool
 
     @property
     def noise(self) -> float:
@@ -85,7 +92,7 @@ class _Measure:
 
 def _measure(bench: Bench, known: list[Explanation]) -> _Measure:
     nearest = min(known, key=lambda e: e.fit.rss)
-    return _Measure(bench, floor_of(bench.problem, [nearest]), bench.worth(nearest))
+    return _Measure(bench, floor_of(bench.problem, [nearest]), bench.worth(nearest), refits_all(nearest.fit.path))
 
 
 def examine(
@@ -96,7 +103,7 @@ def examine(
     check: Problem | None = None,
 ) -> Finding:
     """The answer for one channel, `check` being the validation run's problem; keeps what is known when interrupted."""
-    bench = Bench(problem, nominal_terms(path), check, settings.jobs, progress)
+    bench = Bench(problem, nominal_terms(path, problem.signal), check, settings.jobs, progress)
     bases = base_paths(path)
     given = min((problem.residual(base) for base in bases), key=lambda r: float(r @ r))
     nulls = [fit_null(bench, base) for base in bases]
@@ -114,8 +121,10 @@ def examine(
             if left <= max(WORTH_NOISE * measure.noise, WORTH_SHARE * measure.left(null)):
                 break
             size = len(inside[0].added)
-            if size > 1 and measure.left(inside[0]) > MORE_LEAVES * min(
-                measure.left(e) for e in inside if len(e.added) < size
+            if (
+                not measure.rough
+                and size > 1
+                and measure.left(inside[0]) > MORE_LEAVES * min(measure.left(e) for e in inside if len(e.added) < size)
             ):
                 break
             known += scan(bench, inside[:BEAM], MOST)
@@ -148,12 +157,44 @@ def _best_set(null: Explanation, known: list[Explanation], measure: _Measure) ->
         tier = [e for e in known if e.inside and len(e.added) == size]
         if not tier:
             break
-        leader = min(tier, key=measure.score)
+        leader = next((e for e in sorted(tier, key=measure.score) if _certain(e, measure)), None)
+        if leader is None:
+            break
         won = measure.score(best) - measure.score(leader)
-        if won < ENOUGH_TO_NAME or (size > 1 and measure.left(leader) > NEXT_LEAVES * measure.left(best)):
+        enough = ROUGH_ENOUGH if measure.rough and size > 1 else ENOUGH_TO_NAME
+        if won < enough or (size > 1 and not _adds(best, leader, null, measure)):
             break
         best = leader
     return best
+
+
+def _certain(explanation: Explanation, measure: _Measure) -> bool:
+    """Whether each effect added has a parameter whose 95 % interval excludes the value that changes nothing."""
+    fit = explanation.fit
+    samples = measure.samples * len(fit.residual) / measure.bench.count
+    covariance = fit.fitted.covariance(samples, len(fit.residual))
+    sure = set()
+    for index, term in enumerate(fit.hypothesis.terms):
+        if term.effect < 0:
+            continue
+        name = fit.path.effects[term.effect].name
+        parameter = registry()[name].parameter(term.name)
+        if parameter.optional:
+            continue
+        reach = 1.96 * float(covariance[index, index]) ** 0.5
+        neutral = term.to_x(parameter.neutral)
+        if abs(float(fit.fitted.x[index]) - neutral) > reach:
+            sure.add(name)
+    return all(name in sure for name in explanation.added)
+
+
+def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: _Measure) -> bool:
+    """Whether a further effect is more than the mending of the former ones' form."""
+    before, after = measure.left(best), measure.left(leader)
+    if measure.rough:
+        return before - after > ROUGH_GAIN * measure.left(null)
+    small = before - after < SMALL_SHARE * measure.left(null)
+    return after <= (SMALL_LEAVES if small else NEXT_LEAVES) * before + 0.03 * measure.noise
 
 
 def _silent(bench: Bench, given: Array, null: Explanation, measure: _Measure) -> Verdict:
@@ -185,7 +226,8 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         if ahead:
             rival = next(name for name in ahead[0].added if not in_vocabulary(name))
         peers = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]
-        unexplained = left > LEFT_SHARE * gap and left > LEFT_NOISE * measure.noise
+        share = ROUGH_SHARE if measure.rough else LEFT_SHARE
+        unexplained = left > share * gap and left > LEFT_NOISE * measure.noise
         verdict = Verdict.UNEXPLAINED if rival or unexplained else Verdict.NAMED
     else:
         verdict = _silent(bench, given, null, measure)

@@ -7,9 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.channels import Channel
-from ..core.models import EffectSpec, ModelSpec, PathSpec
+from ..core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec
 from ..core.models.effects import Attachment, Parameter, Quantity
-from ..core.models.single import PathSimulator
 from ..core.run import Run
 from .noise import difference_noise
 from .settings import DiscoverySettings
@@ -117,6 +116,18 @@ def _scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Qua
     }
 
 
+def _first_velocity(measured: Array, sample_time_s: float, path: PathSpec, samples: int = 12) -> float | None:
+    """How fast the output moves at the start, where the path is slow enough to tell and it clearly moves."""
+    poles = np.roots(path.denominator)
+    fastest = float(np.abs(poles).max()) / path.time_scale
+    if samples * sample_time_s * fastest > 1.1:
+        return None
+    time = np.arange(samples) * sample_time_s
+    coefficients, covariance = np.polyfit(time, measured[:samples], 2, cov=True)
+    slope = float(coefficients[1])
+    return slope if abs(slope) > 4.0 * float(covariance[1, 1]) ** 0.5 else None
+
+
 def make_problem(
     run: Run, spec: ModelSpec, channel: Channel, settings: DiscoverySettings, frozen: NDArray[np.bool_] | None = None
 ) -> Problem:
@@ -141,7 +152,8 @@ def make_problem(
     if frozen is not None:
         weights[frozen] = 0.0
     compared = windows.project(measured) if anchored else measured - measured.mean()
-    simulator = PathSimulator(channel, run.sample_time_s, voltage, load, rest, first)
+    velocity = _first_velocity(measured, run.sample_time_s, path)
+    simulator = PathSimulator(channel, run.sample_time_s, voltage, load, rest, first, velocity)
     return Problem(
         channel,
         simulator,
@@ -165,6 +177,7 @@ class Hypothesis:
         """The path with the free numbers set from the searched variables (p,)."""
         nominal: dict[str, float] = {}
         away: dict[str, float] = {}
+        coefficients: dict[str, list[float]] = {}
         effects = [dict(effect.parameters) for effect in self.path.effects]
         for term, value in zip(self.terms, x, strict=True):
             number = term.to_value(float(value))
@@ -172,9 +185,12 @@ class Hypothesis:
                 effects[term.effect][term.name] = number
             elif term.name == "disturbance_gain":
                 away["gain"] = number
+            elif term.name.startswith(("numerator_", "denominator_")):
+                side, place = term.name.split("_")
+                coefficients.setdefault(side, list(getattr(self.path, side)))[int(place)] = number
             else:
                 nominal[term.name] = number
-        changes: dict[str, object] = dict(nominal)
+        changes: dict[str, object] = {**nominal, **{side: tuple(values) for side, values in coefficients.items()}}
         changes["effects"] = tuple(
             EffectSpec.model_construct(name=old.name, at=old.at, parameters=new)
             for old, new in zip(self.path.effects, effects, strict=True)
@@ -189,6 +205,9 @@ class Hypothesis:
         for term in self.terms:
             if term.effect >= 0:
                 value = self.path.effects[term.effect].parameters[term.name]
+            elif term.name.startswith(("numerator_", "denominator_")):
+                side, place = term.name.split("_")
+                value = getattr(self.path, side)[int(place)]
             elif term.name == "disturbance_gain":
                 value = self.path.disturbance.gain if self.path.disturbance else 1.0
             else:
@@ -197,8 +216,40 @@ class Hypothesis:
         return np.array(values)
 
 
-def nominal_terms(path: PathSpec) -> tuple[Term, ...]:
-    """Gain and time scale, and the disturbance path's gain where there is one; priors say how far off they tend to be."""
+FEW_POLES = 3
+
+
+def refits_all(path: PathSpec) -> bool:
+    """Whether all coefficients of a path are refitted: few, static in the end, so that nothing else can hide in them.
+
+    A linear model of nonlinear data is off in all of them; gain and time scale alone would not undo that.
+    """
+    return path.denominator[-1] != 0.0 and 2 <= len(path.denominator) - 1 <= FEW_POLES
+
+
+def _coefficient_terms(path: PathSpec, swing: float) -> tuple[Term, ...]:
+    """Every coefficient but the denominator's first, and the rest value."""
+    terms = []
+    for side in ("numerator", "denominator"):
+        values = getattr(path, side)
+        for place in range(1 if side == "denominator" else 0, len(values)):
+            size = abs(values[place]) or 1e-3 * max(abs(v) for v in values)
+            reach = 20.0 * size
+            low = 0.02 * values[place] if side == "denominator" and values[place] > 0.0 else values[place] - reach
+            terms.append(
+                Term(-1, f"{side}_{place}", low, values[place] + reach, size, False, 2.0, values[place] / size)
+            )
+    rest = Term(-1, "rest", path.rest - 5.0 * swing, path.rest + 5.0 * swing, swing, False, 1.0, path.rest / swing)
+    return (*terms, rest)
+
+
+def nominal_terms(path: PathSpec, swing: float = 1.0) -> tuple[Term, ...]:
+    """Gain and time scale, and the disturbance path's gain where there is one; priors say how far off they tend to be.
+
+    Small paths of foreign data: all coefficients and the rest value (`swing`: the output's standard deviation).
+    """
+    if refits_all(path):
+        return _coefficient_terms(path, swing)
     terms = [
         Term(-1, "gain", path.gain * 0.05, path.gain * 20.0, 1.0, True, 0.05),
         Term(-1, "time_scale", path.time_scale * 0.05, path.time_scale * 20.0, 1.0, True, 0.08),

@@ -53,6 +53,11 @@ class Bench:
     progress: Progress | None = None
 
     @property
+    def iterations(self) -> int:
+        """Steps a fit may take: more where a whole linear path is refitted."""
+        return 10 if len(self.nominal) <= 3 else 30
+
+    @property
     def count(self) -> int:
         """Samples compared, of both runs."""
         return len(self.problem.measured) + (len(self.check.measured) if self.check is not None else 0)
@@ -111,7 +116,7 @@ def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate, hasty: 
     # A null refit may have bent the nominal parameters far off to hide the effect: begin from the given ones too.
     centres = np.array([term.centre for term in bench.nominal])
     starts += [np.concatenate([centres, x[len(centres) :]]) for x in starts]
-    keep, iterations = (1, 3) if hasty else (3, 10)
+    keep, iterations = (1, 3) if hasty else (3, bench.iterations)
     fit = fit_hypothesis(problem, hypotheses[0], starts, iterations, keep)
     plain = bench.explained(fit, added, freed)
     if hasty or not candidate.optional:
@@ -119,7 +124,7 @@ def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate, hasty: 
     freed = {**base_freed, candidate.name: candidate.required + candidate.optional}
     paths = refined_starts(problem, fit.path, candidate, base.fit.residual)
     hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
-    finer = fit_hypothesis(problem, hypotheses[0], [h.start() for h in hypotheses], keep=2)
+    finer = fit_hypothesis(problem, hypotheses[0], [h.start() for h in hypotheses], bench.iterations, keep=3)
     refined = bench.explained(finer, added, freed)
     samples = bench.worth(refined)
     return min(plain, refined, key=lambda e: penalised(bench, e, samples))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..channels import Channel
 from . import kernel
 from .compiled import CONTEXT_SIZE
+from .linear import LinearPath
 from .prepare import prepare, standing, substeps
 from .spec import ModelSpec, PathSpec
 
@@ -22,7 +23,8 @@ class PathSimulator:
     """Simulates variants of one channel's path over one run by the kernel that runs whole models.
 
     `voltage_v` (n,), `load_pa` (n,) the pressure that loads a position path (absolute, interpolated within a
-    sample) or empty, `rest_pa` the pressure's rest value, `first` the measured output (SI) the run begins at.
+    sample) or empty, `rest_pa` the pressure's rest value, `first` the measured output (SI) the run begins at,
+    `first_velocity` (SI/s) how fast it then moves; None: it stands.
     """
 
     channel: Channel
@@ -31,12 +33,21 @@ class PathSimulator:
     load_pa: Array
     rest_pa: float
     first: float
+    first_velocity: float | None = None
     _voltages: Array = field(init=False)
 
     def __post_init__(self) -> None:
         voltages = np.zeros((len(self.voltage_v), 2))
         voltages[:, 0 if self.channel is Channel.PRESSURE else 1] = self.voltage_v
         object.__setattr__(self, "_voltages", voltages)
+
+    def _moving(self, linear: LinearPath, states: Array) -> Array:
+        """Least change of the states (n,) that gives the output its first velocity and leaves its value."""
+        now = float(linear.velocity @ states) + linear.velocity_direct * float(self.voltage_v[0])
+        wanted = np.array([0.0, (self.first_velocity or 0.0) - now])
+        return np.asarray(
+            np.linalg.lstsq(np.array([linear.c, linear.velocity]), wanted, rcond=None)[0], dtype=np.float64
+        )
 
     def simulate(self, path: PathSpec) -> Array:
         """Output of the path (SI), shape (n,), standing at `first` at the start."""
@@ -54,6 +65,8 @@ class PathSimulator:
             above = self.first - own.rest
             state[1 if is_pressure else 2] = above
             states = standing(own, above)
+            if self.first_velocity is not None:
+                states = states + self._moving(own.linear, states)
             state[own.state_at : own.state_at + states.size] = states
         load = self.load_pa if len(self.load_pa) else np.full(len(self.voltage_v), self.rest_pa)
         outputs = np.empty_like(self._voltages)

@@ -71,7 +71,7 @@ EFFECT = Effect(
             "rim of the store before the output's, as the output level above rest that it can keep up",
             0.1,
             3.0,
-            (0.6, 0.8),
+            (0.5, 0.7, 0.85, 0.95, 1.05),
             neutral=1e12,
             optional=True,
         ),

@@ -22,15 +22,14 @@ EFFECT = Effect(
     sentence="The output's store empties with the square root of its level.",
     attachment=Attachment.STATE,
     parameters=(
-        Parameter("curvature", Quantity.PER_OUTPUT, "bend of the outflow over the level", 0.0, 5.0, (0.3, 1.0)),
+        Parameter("curvature", Quantity.PER_OUTPUT, "bend of the outflow over the level", 0.0, 20.0, (0.3, 1.0, 3.0)),
         Parameter(
             "reference",
             Quantity.OUTPUT,
             "level above rest at which outflow and its slope are the linear path's",
             -3.0,
             3.0,
-            (0.0,),
-            optional=True,
+            (0.4, 0.6, 0.8),
         ),
     ),
     step=_step,
