@@ -123,3 +123,12 @@ def test_the_estimate_does_not_depend_on_units_of_time():
     one, two = (estimate(Structure((PathStructure(3, 1),)), d) for d in (slow, fast))
     assert two.fit_percent == pytest.approx(one.fit_percent, abs=1e-3)
     assert [i.value for i in two.pole_sizes()] == pytest.approx([1000.0 * i.value for i in one.pole_sizes()], rel=1e-3)
+
+
+def test_the_gains_band_holds_the_true_gain():
+    found = estimate(Structure((PathStructure(6, 4),)), pressure_data(6000, 2))
+    frequency = np.geomspace(1.0, 100.0, 60)
+    off = np.abs(np.abs(found.paths[0].frequency_response(frequency)) - np.abs(PRESSURE.frequency_response(frequency)))
+    assert np.mean(off <= found.gain_band(frequency)) > 0.6
+    assert np.all(off <= 2.0 * found.gain_band(frequency))
+    assert np.all(found.gain_band(frequency) > 0.0)
