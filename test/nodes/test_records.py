@@ -1,8 +1,8 @@
 """Recorder and replayer over real DDS: whole bags, torn bags, and a replay that gives the same bits."""
 
 import contextlib
-import os
 import random
+import resource
 import signal
 import subprocess
 import sys
@@ -139,18 +139,18 @@ def test_a_replay_that_cannot_be(start: Start, original: Path, parameters: list[
     assert "Traceback" not in said
 
 
-def test_a_full_disk_is_reported_and_the_run_goes_on(tmp_path: Path, start: Start, original: Path) -> None:
+def test_a_full_disk_is_reported_and_the_run_goes_on(tmp_path: Path, start: Start) -> None:
     """A limit on file sizes stands for a full disk; the recorder keeps running and says what it lost."""
-    import resource
-
+    samples, limit = 2000, 100_000
+    original = bags.write_bag(tmp_path / "long", samples)
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, hard))
     try:
         recorder = start("recorder", f"out:={tmp_path / 'small'}", "sync:=false", "chunk_s:=0.1")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    replayer = start("replayer", f"bag:={original}", "rate:=4.0", "least_readers:=2")
     watcher = start("recorder", f"out:={tmp_path / 'watcher'}", "sync:=false", name="watcher")
+    replayer = start("replayer", f"bag:={original}", "rate:=15.0", "least_readers:=2")
     assert replayer.wait(WAIT_S) == 0
     for process in (recorder, watcher):
         process.send_signal(signal.SIGINT)
@@ -160,11 +160,11 @@ def test_a_full_disk_is_reported_and_the_run_goes_on(tmp_path: Path, start: Star
         losses = {topic: parse_loss(bag.metadata[LOSS][topic]) for topic in bags.TYPES}
     for topic in bags.TYPES:
         assert losses[topic].unwritten > 0
-        assert held[topic] + losses[topic].missing == losses[topic].received + losses[topic].lost == 400
+        assert held[topic] + losses[topic].missing == losses[topic].received + losses[topic].lost == samples
     with Bag(tmp_path / "watcher") as bag:
         said = [bag.deserialize(m).status[0] for m in bag.messages(["/diagnostics"])]  # type: ignore[attr-defined]
     assert any("File too large" in s.message and s.name.endswith("recorder") and s.level == 2 for s in said)
-    assert os.path.getsize(tmp_path / "small" / "small_0.mcap") <= 60_000
+    assert (tmp_path / "small" / "small_0.mcap").stat().st_size <= limit
 
 
 def test_a_killed_recorder_loses_no_more_than_the_last_chunk(tmp_path: Path, start: Start, original: Path) -> None:

@@ -160,7 +160,7 @@ class McapWriter:
             while True:
                 end = self._end(last_words(lost) if last_words else {})
                 try:
-                    if room and not self._takes(len(end) + _SPARE):
+                    if room and self._chunks and not self._takes(len(end) + _SPARE):
                         raise OSError("no room for the index")
                     self._append(end)
                     return lost
