@@ -7,7 +7,7 @@ import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSpec
-from dt_station_nodes.discovery.report import render_report
+from dt_station_nodes.discovery.report import render
 from dt_station_nodes.discovery.result import (
     DiscoveryResult,
     Estimate,
@@ -51,22 +51,27 @@ def result(verdict: Verdict, n: int = 5000) -> DiscoveryResult:
     )
 
 
+def page(verdict: Verdict, n: int = 5000) -> str:
+    answer = result(verdict, n)
+    return render(answer, [("numpy", "2.4.6")], ["dt-station discover run.csv"], answer.model.to_yaml())
+
+
 @pytest.mark.parametrize("verdict", list(Verdict))
 def test_the_page_says_what_the_result_says(verdict):
-    page = render_report(result(verdict), {"command": "dt-station discover run.csv"})
-    assert page.index("The relief valve shows hysteresis.") < page.index("<table>")
-    assert "dt-station discover run.csv" in page
-    assert ("0.1235 V" in page) == (verdict is Verdict.NAMED)
-    assert "run &lt;1&gt;" in page
+    text = page(verdict)
+    assert text.index("The relief valve shows hysteresis.") < text.index("<table")
+    assert "dt-station discover run.csv" in text
+    assert ("0.1235" in text) == (verdict is Verdict.NAMED)
+    assert "run &lt;1&gt;" in text
+    assert "<1>" not in text
 
 
 def test_the_page_needs_nothing_else_and_is_small():
-    page = render_report(result(Verdict.NAMED, 200_000))
-    outside = re.findall(r'(?:src|href)="(?!#)[^"]*"', page)
+    text = page(Verdict.NAMED, 200_000)
+    outside = re.findall(r'(?:src|href)="(?!#)[^"]*"', text)
     assert [link for link in outside if "w3.org" not in link] == []
-    assert "<script" not in page
-    assert len(page) < 1_000_000
+    assert len(text) < 3_000_000
 
 
 def test_the_page_is_the_same_every_time():
-    assert render_report(result(Verdict.NAMED)) == render_report(result(Verdict.NAMED))
+    assert page(Verdict.NAMED) == page(Verdict.NAMED)
