@@ -31,7 +31,6 @@ class Installer:
     def __init__(self, world: World, processes: Processes, environment: Mapping[str, str]) -> None:
         self.world = world
         self.processes = processes
-        self.uv = world.state / "tools" / "bin" / "uv"
         self.env = {name: value for name, value in environment.items() if name not in ("PYTHONPATH", "PYTHONHOME")}
         for pip_name, uv_name in MIRRORS.items():
             if pip_name in self.env:
@@ -107,16 +106,22 @@ class Installer:
         chosen.write_text(select(lock, lambda name: wanted(name) and self._wanted(name)), encoding="utf-8")
         common = ["--require-hashes", "--no-build-isolation", *options, "-r", str(chosen)]
         python = str(self.world.venv_python)
-        if self.uv.is_file():
+        if self.world.uv.is_file():
             try:
-                command = [str(self.uv), "pip", "install", "--python", python, *common]
+                command = [str(self.world.uv), "pip", "install", "--python", python, *common]
                 self.processes.run(command, self._log(stage), self.env, show)
                 return
             except PreparationError:
                 if self.processes.stopped:
                     raise
                 show("uv failed; pip tries again")
-        self._install_with_pip(stage, common, show)
+        try:
+            self._install_with_pip(stage, common, show)
+        except PreparationError as error:
+            if self.processes.stopped:
+                raise
+            hint = "the packages could not be installed; is the network, or the mirror that pip is set to, reachable?"
+            raise PreparationError(f"{error}\n{hint}") from error
 
     def _install_with_pip(self, stage: str, common: Sequence[str], show: Show) -> None:
         """The same with pip: whatever pip there is fetches the locked one, and that does the rest."""

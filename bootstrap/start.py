@@ -12,6 +12,7 @@ from .stages import Stage, Stamps, stale
 from .world import World, current_world, variables
 
 ROOT = Path(__file__).resolve().parents[1]
+INSTALLING = {"tools", "packages"}
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -19,10 +20,10 @@ def main(arguments: Sequence[str]) -> int:
     world = current_world(ROOT, os.environ)
     processes = Processes()
     stamps = Stamps(world.home / "stamps")
-    if _outdated(world, stamps, processes):
+    if outdated(world, stamps, processes):
         from .prepare import prepare
 
-        status = prepare(world, lambda: _outdated(world, stamps, processes), stamps, processes)
+        status = prepare(world, lambda: outdated(world, stamps, processes), stamps, processes)
         if status:
             return status
     _become(world, arguments)
@@ -35,7 +36,13 @@ def _become(world: World, arguments: Sequence[str]) -> NoReturn:
     os.execve(python, [python, "-m", "dt_station_nodes.cli", *arguments], env)
 
 
-def _outdated(world: World, stamps: Stamps, processes: Processes) -> list[Stage]:
+def outdated(world: World, stamps: Stamps, processes: Processes) -> list[Stage]:
+    """Return the stages to run before the command line can."""
     if not os.access(world.venv_python, os.X_OK):
         stamps.remove("venv")
-    return stale(plan(world, processes, os.environ), stamps)
+    stages = plan(world, processes, os.environ)
+    todo = stale(stages, stamps)
+    if any(stage.name in INSTALLING for stage in todo) and not world.uv.is_file():
+        stamps.remove("uv")  # it could not be had the last time; perhaps now
+        todo = stale(stages, stamps)
+    return todo

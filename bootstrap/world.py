@@ -35,6 +35,11 @@ class World:
         return self.state / f"{self.ros or 'wheels'}-cp{self.version[0]}{self.version[1]}"
 
     @property
+    def uv(self) -> Path:
+        """The fast installer, shared by all worlds."""
+        return self.state / "tools" / "bin" / "uv"
+
+    @property
     def venv(self) -> Path:
         """The virtual environment."""
         return self.home / "venv"
