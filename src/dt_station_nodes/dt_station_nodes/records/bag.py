@@ -190,10 +190,15 @@ class Bag:
                 if name not in (table.dtype.names or ()):
                     raise RecordError(f"{self.path}: {topic} has no field {name!r}")
                 found[name].append(np.ascontiguousarray(table[name]))
-        joined = {name: np.concatenate(parts) if parts else np.empty(0) for name, parts in found.items()}
-        order = np.argsort(joined["log_time"], kind="stable")
-        if (order[1:] > order[:-1]).all():
+        joined: dict[str, NDArray[np.generic]] = {}
+        for name in list(found):
+            # one column at a time: a long bag fits into memory once, not twice
+            parts = found.pop(name)
+            joined[name] = np.concatenate(parts) if parts else np.empty(0)
+        log_times = joined["log_time"].astype(np.int64, copy=False)
+        if (log_times[1:] >= log_times[:-1]).all():
             return joined
+        order = np.argsort(log_times, kind="stable")
         return {name: values[order] for name, values in joined.items()}
 
     def decoder(self, topic: str) -> Decoder:
