@@ -11,7 +11,7 @@ from ..core.models.effects import registry
 from .noise import effective_samples, whiteness
 from .problem import Problem, nominal_terms, refits_all
 from .result import Verdict
-from .selection import Bench, Explanation, Progress, fit_null, floor_of, in_vocabulary, penalised, scan
+from .selection import NEGLIGIBLE, Bench, Explanation, Progress, fit_null, in_vocabulary, penalised, scan
 from .settings import DiscoverySettings
 
 Array = NDArray[np.float64]
@@ -72,27 +72,27 @@ class _Measure:
     """What gaps are measured with: noise power and effective samples, seen in the best explanation so far."""
 
     bench: Bench
-    sigma: float
+    floors: tuple[float, ...]
     samples: float
     rough: bool
 
     @property
     def noise(self) -> float:
-        """Sum of squares over the working sigma that noise, and form error not worth a word, would leave."""
-        return self.bench.freedom * ((self.sigma / self.bench.problem.sigma) ** 2 + self.bench.negligible)
+        """What noise, and form error not worth a word, would leave."""
+        return self.bench.noise(self.floors)
 
     def score(self, explanation: Explanation) -> float:
         """Penalised misfit."""
-        return penalised(self.bench, explanation, self.samples)
+        return penalised(self.bench, explanation, self.samples, self.floors)
 
     def left(self, explanation: Explanation) -> float:
         """What an explanation leaves beyond noise."""
-        return max(explanation.rss - self.noise, 0.0)
+        return max(self.bench.misfit(explanation, self.floors) - self.noise, 0.0)
 
 
 def _measure(bench: Bench, known: list[Explanation]) -> _Measure:
     nearest = min(known, key=lambda e: e.fit.rss)
-    return _Measure(bench, floor_of(bench.problem, [nearest]), bench.worth(nearest), refits_all(nearest.fit.path))
+    return _Measure(bench, bench.floors(nearest), bench.worth(nearest), refits_all(nearest.fit.path))
 
 
 def examine(
@@ -107,8 +107,8 @@ def examine(
     bases = base_paths(path)
     given = min((problem.residual(base) for base in bases), key=lambda r: float(r @ r))
     nulls = [fit_null(bench, base) for base in bases]
-    worth = bench.worth(nulls[0])
-    null = min(nulls, key=lambda e: (penalised(bench, e, worth), -len(e.fit.path.effects)))
+    first = _measure(bench, nulls)
+    null = min(nulls, key=lambda e: (first.score(e), -len(e.fit.path.effects)))
     known = [null]
     interrupted = False
     try:
@@ -204,9 +204,9 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: _Measure) ->
     unlike_noise = whiteness(null.fit.residual) > NOT_WHITE
     if over > 1.0 * measure.noise or (over > 0.25 * measure.noise and unlike_noise):
         return Verdict.UNEXPLAINED
-    before = float(given @ given) / problem.sigma**2
     count = len(problem.measured)
-    ratio = (before / count + bench.negligible) / (null.fit.rss / count + bench.negligible)
+    negligible = (NEGLIGIBLE * problem.signal) ** 2
+    ratio = (float(given @ given) / count + negligible) / (null.powers[0] / count + negligible)
     worth = effective_samples(null.fit.residual)
     refit = worth * np.log(ratio) - null.fit.freedoms * np.log(worth)
     return Verdict.PARAMETERS_ONLY if refit > ENOUGH_TO_REFIT else Verdict.NOTHING_MISSING
@@ -243,7 +243,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         float(peers[0][0]) if peers else 0.0,
         float(measure.score(null) - mine),
         float(left / gap) if best.added else 0.0,
-        measure.sigma,
+        float(measure.floors[0] ** 0.5),
         rival,
         interrupted,
     )

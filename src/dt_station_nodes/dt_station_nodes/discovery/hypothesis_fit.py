@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .fit import Fitted, least_squares
-from .noise import effective_samples
 from .problem import Hypothesis, Problem
 
 Array = NDArray[np.float64]
@@ -43,8 +42,8 @@ class Fit:
 
 
 def _prior(deviation: Array) -> Array:
-    """Residuals of a heavy-tailed prior: a square inside its width, a logarithm far outside."""
-    return np.asarray(np.sign(deviation) * np.sqrt(2.0 * np.log1p(0.5 * deviation**2)), dtype=np.float64)
+    """Residuals of a heavy-tailed prior (Student's t): a square inside its width, a logarithm far outside."""
+    return np.asarray(np.sign(deviation) * np.sqrt(4.0 * np.log1p(0.25 * deviation**2)), dtype=np.float64)
 
 
 def fit_hypothesis(
@@ -88,13 +87,3 @@ def fit_hypothesis(
     residual = problem.residual(path)
     penalty = float(np.sum(_prior((best.x[held] - centres[held]) / widths[held]) ** 2))
     return Fit(hypothesis, path, best, residual, float(residual @ residual) / sigma**2, penalty)
-
-
-def misfit_score(fit: Fit, samples: float, count: int) -> float:
-    """Twice the negative log-likelihood with `samples` effective of `count` samples, priors included."""
-    return float(samples * np.log(max(fit.rss, 1e-12) / count) + fit.penalty)
-
-
-def samples_worth(fit: Fit) -> float:
-    """Effective number of samples of a fit's residual."""
-    return effective_samples(fit.residual)

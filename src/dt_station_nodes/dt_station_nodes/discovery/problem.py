@@ -251,11 +251,11 @@ def nominal_terms(path: PathSpec, swing: float = 1.0) -> tuple[Term, ...]:
     if refits_all(path):
         return _coefficient_terms(path, swing)
     terms = [
-        Term(-1, "gain", path.gain * 0.05, path.gain * 20.0, 1.0, True, 0.05),
-        Term(-1, "time_scale", path.time_scale * 0.05, path.time_scale * 20.0, 1.0, True, 0.08),
+        Term(-1, "gain", path.gain * 0.05, path.gain * 20.0, 1.0, True, 0.025),
+        Term(-1, "time_scale", path.time_scale * 0.05, path.time_scale * 20.0, 1.0, True, 0.045),
     ]
     if path.gain <= 0.0:
-        terms[0] = Term(-1, "gain", path.gain * 20.0, path.gain * 0.05, abs(path.gain) or 1.0, False, 0.05)
+        terms[0] = Term(-1, "gain", path.gain * 20.0, path.gain * 0.05, abs(path.gain) or 1.0, False, 0.025)
     if path.disturbance is not None:
         gain = path.disturbance.gain
         size = abs(gain) or 1.0

@@ -28,13 +28,14 @@ UNUSUAL = {("backlash", "input"): 4.0, ("overflow", "output"): 1.0}
 class Explanation:
     """A set of effects fitted to a channel. `freed`: the parameters of each that the fit moved.
 
-    `rss`: sum of squares over the working sigma on the run and on the validation run, which the fit has not seen.
+    `powers`: sum of squares (unit^2) on the run and on the validation run, which the fit has not seen.
     """
 
     fit: Fit
     added: tuple[str, ...]
     freed: Freed
-    rss: float
+    powers: tuple[float, ...]
+    unseen: Array | None = None
 
     @property
     def inside(self) -> bool:
@@ -58,28 +59,45 @@ class Bench:
         return 10 if len(self.nominal) <= 3 else 30
 
     @property
+    def problems(self) -> tuple[Problem, ...]:
+        """The run's problem, and the validation run's where there is one."""
+        return (self.problem,) if self.check is None else (self.problem, self.check)
+
+    @property
     def count(self) -> int:
         """Samples compared, of both runs."""
-        return len(self.problem.measured) + (len(self.check.measured) if self.check is not None else 0)
-
-    @property
-    def freedom(self) -> float:
-        """Samples compared less offsets estimated, of both runs."""
-        both = [self.problem] if self.check is None else [self.problem, self.check]
-        return sum(float(p.weights.sum()) - p.windows.freedoms for p in both)
-
-    @property
-    def negligible(self) -> float:
-        """Power over the working sigma, a sample, that no one would call a gap."""
-        return (NEGLIGIBLE * self.problem.signal / self.problem.sigma) ** 2
+        return sum(len(p.measured) for p in self.problems)
 
     def explained(self, fit: Fit, added: tuple[str, ...], freed: Freed) -> "Explanation":
         """A fit with its residual on the validation run."""
-        rss = fit.rss
+        powers = [float(fit.residual @ fit.residual)]
+        unseen = None
         if self.check is not None:
             unseen = self.check.residual(fit.path)
-            rss += float(unseen @ unseen) / self.problem.sigma**2
-        return Explanation(fit, added, freed, rss)
+            powers.append(float(unseen @ unseen))
+        return Explanation(fit, added, freed, tuple(powers), unseen)
+
+    def floors(self, explanation: "Explanation") -> tuple[float, ...]:
+        """Each run's noise power (unit^2), seen in an explanation's residuals; runs may differ in noise."""
+        gaps = (explanation.fit.residual, explanation.unseen)
+        found = [noise_floor(p.measured, gap) for p, gap in zip(self.problems, gaps, strict=False) if gap is not None]
+        return tuple(sigma**2 for sigma in found)
+
+    def misfit(self, explanation: "Explanation", floors: tuple[float, ...]) -> float:
+        """Sum of squares over each run's own noise; as many as samples where nothing but noise is left."""
+        total = 0.0
+        for problem, power, floor in zip(self.problems, explanation.powers, floors, strict=True):
+            negligible = (NEGLIGIBLE * problem.signal) ** 2
+            total += (power + len(problem.measured) * negligible) / (floor + negligible)
+        return total
+
+    def noise(self, floors: tuple[float, ...]) -> float:
+        """What noise alone leaves of `misfit`: samples, less those that windows' offsets take."""
+        total = float(self.count)
+        for problem, floor in zip(self.problems, floors, strict=True):
+            lost = len(problem.measured) - float(problem.weights.sum()) + problem.windows.freedoms
+            total -= lost * floor / (floor + (NEGLIGIBLE * problem.signal) ** 2)
+        return total
 
     def worth(self, explanation: "Explanation") -> float:
         """Effective number of samples of both runs, by an explanation's residual."""
@@ -87,12 +105,12 @@ class Bench:
         return effective_samples(residual) * self.count / len(residual)
 
 
-def penalised(bench: Bench, explanation: Explanation, samples: float) -> float:
+def penalised(bench: Bench, explanation: Explanation, samples: float, floors: tuple[float, ...]) -> float:
     """Twice the negative log-likelihood with `samples` effective samples, priors and complexity (BIC) included."""
     fit = explanation.fit
     unusual = sum(UNUSUAL.get((e.name, e.at.value if e.at else ""), 0.0) for e in fit.path.effects)
     complexity = fit.freedoms * np.log(max(samples, 2.0)) + unusual
-    return float(samples * np.log(explanation.rss / bench.count + bench.negligible) + fit.penalty + complexity)
+    return float(samples * np.log(bench.misfit(explanation, floors) / bench.count) + fit.penalty + complexity)
 
 
 def fit_null(bench: Bench, path: PathSpec) -> Explanation:
@@ -127,7 +145,8 @@ def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate, hasty: 
     finer = fit_hypothesis(problem, hypotheses[0], [h.start() for h in hypotheses], bench.iterations, keep=3)
     refined = bench.explained(finer, added, freed)
     samples = bench.worth(refined)
-    return min(plain, refined, key=lambda e: penalised(bench, e, samples))
+    floors = bench.floors(refined)
+    return min(plain, refined, key=lambda e: penalised(bench, e, samples, floors))
 
 
 def _each(bench: Bench, tasks: Sequence[Task], hasty: bool) -> list[Explanation]:
@@ -163,8 +182,3 @@ def scan(bench: Bench, bases: Iterable[Explanation], most: int = 0) -> list[Expl
         if key not in best or explanation.fit.fitted.cost < best[key].fit.fitted.cost:
             best[key] = explanation
     return sorted(best.values(), key=lambda e: (e.fit.fitted.cost, e.added))
-
-
-def floor_of(problem: Problem, explanations: Sequence[Explanation]) -> float:
-    """Noise floor (unit of the channel) seen in the residuals of the best explanations."""
-    return min(noise_floor(problem.measured, e.fit.residual) for e in explanations)
