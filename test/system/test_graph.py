@@ -116,7 +116,7 @@ def test_a_killed_controller_is_restarted_and_the_run_goes_on(tmp_path):
     assert statistics.restarts["twin_simulator"] == 1
     assert statistics.bridge["samples"] == 3001
     assert 0 < statistics.bridge["missed_pressure"] < 40
-    assert set(statistics.exit_status.values()) == {0}
+    assert set(statistics.exit_status.values()) == {0}, statistics.exit_status
     with Bag(tmp_path / "bag") as bag:
         name = next(each for each in bag.topics if each.endswith("load/command"))
         assert bag.topics[name].info.count > 2900

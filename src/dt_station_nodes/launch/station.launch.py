@@ -61,6 +61,7 @@ def generate_launch_description() -> LaunchDescription:
         followers=["shadow"],
         # both generators, both controllers, twin and shadow read the samples
         wait_for_readers=["object/state:6"],
+        wait_for_nodes=6,
         exit_at_end=True,
     )
     nodes = [

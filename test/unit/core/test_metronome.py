@@ -30,6 +30,7 @@ def test_realtime_schedule_does_not_drift_for_a_period_that_is_no_whole_number_o
         assert tick.sequence == k
         assert tick.late_ns == 0
         state, _ = metronome.answer(state)
+        state = metronome.begin(state, 100) if k == 0 else state
     assert state.due_ns == 100 + 1000 * 1_000_000_000
 
 
@@ -110,12 +111,26 @@ def test_lockstep_does_not_run_away_from_a_follower_but_survives_it():
 def test_a_late_sample_is_an_overrun_and_a_standstill_moves_the_schedule():
     metronome = Metronome(0.02, Pace.REALTIME, max_late_s=0.5)
     state = metronome.start(0)
-    state, tick = metronome.take(state, 11 * MS)
+    state, _ = metronome.take(state, 0)
+    state = metronome.begin(metronome.answer(state)[0], 0)
+    state, tick = metronome.take(state, 31 * MS)
     assert tick.overrun(20 * MS)
-    assert state.due_ns == 20 * MS
-    state, tick = metronome.take(metronome.answer(state)[0], 2020 * MS)
+    assert state.due_ns == 40 * MS
+    state, tick = metronome.take(metronome.answer(state)[0], 2040 * MS)
     assert tick.shifted_ns == 2000 * MS
-    assert state.due_ns == 2040 * MS
+    assert state.due_ns == 2060 * MS
+
+
+def test_the_clock_starts_when_sample_0_is_answered():
+    metronome = Metronome(0.02, Pace.REALTIME, command_timeout_s=1.0)
+    state = taken(metronome)
+    assert not metronome.due(state, 500 * MS)
+    assert metronome.due(state, 1000 * MS)
+    state = metronome.begin(metronome.answer(state)[0], 300 * MS)
+    assert not metronome.due(state, 319 * MS)
+    assert metronome.due(state, 320 * MS)
+    alone = Metronome(0.02, Pace.REALTIME, frozenset())
+    assert alone.due(taken(alone), 20 * MS)
 
 
 @pytest.mark.parametrize("arguments", [(0.0, Pace.REALTIME), (-1.0, Pace.LOCKSTEP)])

@@ -1,7 +1,8 @@
 """The one metronome: when sample k+1 is due, which voltages answer sample k, and what was missed.
 
 Pure: the clock's reading is passed in, as nanoseconds of any steady clock. The order of calls for one
-sample is `take`, any number of `accept` and `follow`, `answer`; each sample is answered once.
+sample is `take`, any number of `accept` and `follow`, `answer`; each sample is answered once. In real time
+`begin` follows the answer to sample 0.
 """
 
 from collections.abc import Mapping
@@ -147,6 +148,10 @@ class Metronome:
         voltage = {channel: command.voltage_v for channel, command in state.command.items()}
         return replace(state, answered=True, silent=silent), Answer(voltage, missed)
 
+    def begin(self, state: MetronomeState, now_ns: int) -> MetronomeState:
+        """Sample 0 was answered: in real time the clock runs from now on, since only now all are known to listen."""
+        return replace(state, origin_ns=now_ns, due_ns=now_ns + self.offset_ns(1))
+
     def due(self, state: MetronomeState, now_ns: int) -> bool:
         """Whether the next sample is to be taken now."""
         if state.sequence < 0 or now_ns >= state.due_ns:
@@ -159,7 +164,9 @@ class Metronome:
         lost = self._ahead(state)
         followed = None if lost else state.followed
         late, shift, origin = 0, 0, state.origin_ns
-        if self.pace is Pace.REALTIME:
+        if self.pace is Pace.REALTIME and sequence == 0 and self.expected:
+            due = now_ns + self._timeout_ns
+        elif self.pace is Pace.REALTIME:
             late = max(0, now_ns - state.due_ns)
             if late > self._max_late_ns:
                 # The machine stood still: going on from here beats a burst of samples that nobody can answer.

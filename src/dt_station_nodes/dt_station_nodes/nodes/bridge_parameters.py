@@ -12,6 +12,7 @@ FOLLOWERS = ("twin", "shadow")
 PACES = ("realtime", "lockstep")
 TABLE = (
     *ready.TABLE,
+    Parameter("wait_for_nodes", 0, "nodes to wait for until they are ready", "nodes", 0, 100, fixed=True),
     Parameter("backend", "virtual", "the object: virtual rig, replay of recorded data, or another backend", fixed=True),
     Parameter("backend_options", "{}", "the backend's options, a YAML mapping", fixed=True),
     Parameter("sample_time_s", 0.02, "time between samples", "s", 1e-4, 60.0, fixed=True),

@@ -13,9 +13,10 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.signals import SignalHandlerOptions
 
 from ..core.metronome import Pace
+from .priority import claim_priority, quieten_collector
 from .registry import factory
 from .scenario import NAMESPACE, NodePlan, Scenario, plan
-from .spinning import Part, claim_priority, make_executor, quieten_collector, spin
+from .spinning import Part, make_executor, spin
 from .statistics import RunStatistics
 from .watch import Observations, observe
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 
 from dt_station_msgs.msg import PlantState, Setpoint, ValveCommand
 
@@ -64,13 +65,14 @@ class Controller:
         self._diagnostics = Diagnostics(node, self._health)
         wanted = ready.parse_readers(files["wait_for_readers"])
         publishers = {wiring.command_topic: self._publisher}
-        self._gate = ready.ReadyGate(node, wanted, publishers, files["wait_timeout_s"], self._start)
+        writers = ready.chosen(files["wait_for_writers"], {wiring.setpoint_topic: self._setpoints})
+        self._gate = ready.ReadyGate(node, wanted, publishers, files["wait_timeout_s"], self._start, writers)
 
     def close(self) -> None:
         """Nothing to bring to rest: the bridge does."""
 
-    def _start(self) -> None:
-        self._node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True)
+    def _start(self) -> Subscription:
+        return self._node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True)
 
     def _apply(self, config: LoopConfig) -> None:
         self._answering, self._state = self._answering.reconfigured(config, self._state)
@@ -100,7 +102,7 @@ class Controller:
             "limited_samples": self._limited,
         }
         if not self._gate.ready:
-            return Health(Level.OK, f"waiting for readers: {', '.join(self._gate.missing())}", values)
+            return Health(Level.OK, f"waiting for {', '.join(self._gate.missing())}", values)
         if state.late:
             return Health(Level.WARN, f"{state.late} samples answered with a held set-point", values)
         return Health(Level.OK, "controlling", values)

@@ -55,15 +55,22 @@ class DaqBridge:
         self._pending: Mapping[Channel, float] = {}
         self.statistics = BridgeStatistics(self._metronome.pace, self._sample_time_s)
         self._publisher = node.create_publisher(PlantState, "object/state", STREAM)
-        for channel, topic in TOPIC.items():
-            node.create_subscription(ValveCommand, topic, partial(self._on_command, channel), STREAM, raw=True)
+        inputs = {
+            topic: node.create_subscription(ValveCommand, topic, partial(self._on_command, channel), STREAM, raw=True)
+            for channel, topic in TOPIC.items()
+        }
         for name in values["followers"]:
             topic, kind = FOLLOWERS[name]
-            node.create_subscription(kind, topic, self._on_follower, STREAM, raw=True)
+            inputs[topic] = node.create_subscription(kind, topic, self._on_follower, STREAM, raw=True)
         self._diagnostics = Diagnostics(node, lambda: self.statistics.health(self.running, self.ended))
-        readers = ready.parse_readers(values["wait_for_readers"])
         self._gate = ready.ReadyGate(
-            node, readers, {"object/state": self._publisher}, values["wait_timeout_s"], self._start
+            node,
+            ready.parse_readers(values["wait_for_readers"]),
+            {"object/state": self._publisher},
+            values["wait_timeout_s"],
+            self._start,
+            ready.chosen(values["wait_for_writers"], inputs),
+            values["wait_for_nodes"],
         )
 
     @property
@@ -127,7 +134,12 @@ class DaqBridge:
 
     def _answer(self) -> None:
         self._state, answer = self._metronome.answer(self._state)
-        self.statistics.answered(answer, time.perf_counter_ns())
+        now = time.perf_counter_ns()
+        if self._state.sequence == 0 and self._metronome.pace is Pace.REALTIME:
+            self._state = self._metronome.begin(self._state, now)
+            self.statistics.start(now - self._metronome.offset_ns(1))
+        else:
+            self.statistics.answered(answer, now)
         self._flags = answer.flags
         if self._delay:
             self._pending = answer.voltage_v

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 
 from dt_station_msgs.msg import PlantState, Setpoint, Waveform
 
@@ -77,13 +78,10 @@ class LoadGenerator:
     def close(self) -> None:
         """Nothing to bring to rest."""
 
-    def _start(self) -> None:
-        if self._config.enabled:
-            self._state, (number, self._value) = self._stream.first(self._state)
-            self._publish(number, 0)
-        else:
+    def _start(self) -> Subscription:
+        if not self._config.enabled:
             self._publish_standing(0)
-        self._node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True)
+        return self._node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True)
 
     def _apply(self, config: GeneratorConfig) -> None:
         if self._config.enabled and not config.enabled and self._sequence >= 0:
@@ -134,7 +132,7 @@ class LoadGenerator:
         if self._refused:
             return Health(Level.WARN, self._refused, values)
         if not self._gate.ready:
-            return Health(Level.OK, f"waiting for readers: {', '.join(self._gate.missing())}", values)
+            return Health(Level.OK, f"waiting for {', '.join(self._gate.missing())}", values)
         return Health(Level.OK, "playing" if self._config.enabled else "off", values)
 
 

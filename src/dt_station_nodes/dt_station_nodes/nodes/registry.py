@@ -58,6 +58,10 @@ def _module(executable: str) -> Any:
         raise UnknownNodeError(f"the node {executable} is not part of this installation.") from None
 
 
+# those that show when they are ready
+SIGNING = frozenset(NODES) - {"daq_bridge", "recorder", "replayer", "panel"}
+
+
 def writes(executable: str, parameters: Mapping[str, Any]) -> tuple[str, ...]:
     """Topics of the samples' way that a node writes and may wait for readers of."""
     if executable == "load_generator":
@@ -79,19 +83,23 @@ def reads(executable: str, parameters: Mapping[str, Any]) -> tuple[str, ...]:
         follows = {"twin": "twin/state", "shadow": "shadow/residual"}
         followed = [follows[name] for name in parameters.get("followers", ()) if name in follows]
         return ("load/command", "position/command", *followed)
+    if executable == "recorder":
+        return tuple(topic for topic in _RECORDED if topic in (parameters.get("topics") or _RECORDED))
     return {
         "load_generator": ("object/state",),
         "pressure_controller": ("object/state", "load/setpoint"),
         "position_controller": ("object/state", "position/setpoint"),
         "twin_simulator": ("object/state",),
         "shadow_compare": ("object/state", "twin/state"),
-        "recorder": (
-            "object/state",
-            "load/setpoint",
-            "position/setpoint",
-            "load/command",
-            "position/command",
-            "twin/state",
-            "shadow/residual",
-        ),
     }.get(executable, ())
+
+
+_RECORDED = (
+    "object/state",
+    "load/setpoint",
+    "position/setpoint",
+    "load/command",
+    "position/command",
+    "twin/state",
+    "shadow/residual",
+)

@@ -104,14 +104,25 @@ def plan(scenario: Scenario) -> tuple[NodePlan, ...]:
             raise ScenarioError(f"node {name}: there is no executable {executable!r}; give one as executable")
     parameters = {name: _own(scenario, name, executables) for name in scenario.nodes}
     readers: dict[str, int] = {}
+    written: set[str] = set()
     for name, executable in executables.items():
+        written.update(registry.writes(executable, parameters[name]))
         for topic in registry.reads(executable, parameters[name]):
             readers[topic] = readers.get(topic, 0) + 1
+    ready = sum(executable in registry.SIGNING for executable in executables.values())
     plans = []
     for name, spec in scenario.nodes.items():
-        wait = [f"{t}:{readers[t]}" for t in registry.writes(executables[name], parameters[name]) if readers.get(t)]
-        complete = {**({"wait_for_readers": wait} if wait else {}), **parameters[name]}
-        plans.append(NodePlan(name, executables[name], complete, spec.required))
+        executable, own = executables[name], parameters[name]
+        wait: dict[str, Any] = {
+            "wait_for_readers": [f"{t}:{readers[t]}" for t in registry.writes(executable, own) if readers.get(t)]
+        }
+        if executable in registry.TIMED:
+            inputs = [t for t in registry.reads(executable, own) if t in written and t != "object/state"]
+            wait["wait_for_writers"] = inputs
+        if executable == "daq_bridge":
+            wait["wait_for_nodes"] = ready
+        complete = {**{key: value for key, value in wait.items() if value}, **own}
+        plans.append(NodePlan(name, executable, complete, spec.required))
     return tuple(plans)
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 from std_srvs.srv import Trigger
 
 from dt_station_msgs.msg import PlantState, Residual, ShadowSummary, TwinModel
@@ -56,20 +57,21 @@ class ShadowCompare:
         self._model = TwinModel()
         self._publisher = node.create_publisher(Residual, "shadow/residual", STREAM)
         self._summary = node.create_publisher(ShadowSummary, "shadow/summary", LATCHED)
-        node.create_subscription(PlantState, "twin/state", self._on_twin, STREAM, raw=True)
+        twin = node.create_subscription(PlantState, "twin/state", self._on_twin, STREAM, raw=True)
         node.create_subscription(TwinModel, "twin/model", self._on_model, LATCHED)
         node.create_service(Trigger, "~/reset", self._reset)
         self._diagnostics = Diagnostics(node, self._health)
         values = self._parameters.values
         wanted = ready.parse_readers(values["wait_for_readers"])
         publishers = {"shadow/residual": self._publisher}
-        self._gate = ready.ReadyGate(node, wanted, publishers, values["wait_timeout_s"], self._start)
+        writers = ready.chosen(values["wait_for_writers"], {"twin/state": twin})
+        self._gate = ready.ReadyGate(node, wanted, publishers, values["wait_timeout_s"], self._start, writers)
 
     def close(self) -> None:
         """Nothing to bring to rest."""
 
-    def _start(self) -> None:
-        self._node.create_subscription(PlantState, "object/state", self._on_object, STREAM, raw=True)
+    def _start(self) -> Subscription:
+        return self._node.create_subscription(PlantState, "object/state", self._on_object, STREAM, raw=True)
 
     def _reset(self, _: Any, response: Any) -> Any:
         self._state = self._shadow.initial_state()
@@ -118,7 +120,7 @@ class ShadowCompare:
     def _health(self) -> Health:
         values = {"sequence": self._state.sequence, "missed": self._state.missed, "model": self._model.name}
         if not self._gate.ready:
-            return Health(Level.OK, f"waiting for readers: {', '.join(self._gate.missing())}", values)
+            return Health(Level.OK, f"waiting for {', '.join(self._gate.missing())}", values)
         if self._state.missed:
             return Health(Level.WARN, f"{self._state.missed} samples never found their partner", values)
         return Health(Level.OK, "comparing", values)

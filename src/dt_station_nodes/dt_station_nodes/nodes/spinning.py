@@ -1,8 +1,6 @@
 """How every node process starts, spins and ends."""
 
 import contextlib
-import gc
-import os
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -12,12 +10,15 @@ import rclpy
 from rclpy.context import Context
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from ..core.errors import StationError
+from .priority import claim_priority, quieten_collector
+from .stopping import StopSignal
 
 NAMESPACE = "station"
-_PRIORITY = "DT_STATION_PRIORITY"
-_IDLE_S = 1.0
+# also how long a signal may wait to be seen
+_IDLE_S = 0.1
 _DRAIN = 3
 
 
@@ -80,37 +81,6 @@ def spin(
                 ticker.tick()
 
 
-def quieten_collector() -> None:
-    """Keep the garbage collector's pauses short: what exists now is never looked at again."""
-    gc.collect()
-    gc.freeze()
-    gc.set_threshold(20_000, 20, 50)
-
-
-def priority_of(executable: str, pace: str) -> dict[str, str]:
-    """Environment that asks for real-time priority: for the nodes of the loop, the clock above the rest."""
-    if pace != "realtime" or os.environ.get(_PRIORITY) == "0":
-        return {}
-    ranks = {"daq_bridge": 12, "load_generator": 11, "pressure_controller": 10, "position_controller": 10}
-    return {_PRIORITY: str(ranks[executable])} if executable in ranks else {}
-
-
-def claim_priority(default: str = "") -> str:
-    """Ask for a real-time priority where DT_STATION_PRIORITY is set and permitted; says what was granted.
-
-    `DT_STATION_PRIORITY=0` forbids it for a whole station.
-    """
-    wanted = os.environ.get(_PRIORITY, default)
-    if not wanted or wanted == "0":
-        return "normal"
-    with contextlib.suppress(OSError, AttributeError, ValueError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(int(wanted)))
-        return f"fifo {wanted}"
-    with contextlib.suppress(OSError):
-        return f"nice {os.nice(-10)}"
-    return "normal"
-
-
 def run_node(name: str, factory: Factory, args: Sequence[str] | None = None) -> int:
     """`main` of a node: 0 after SIGINT or SIGTERM, 1 after a fault, 2 after a mistake in its parameters."""
     claim_priority()
@@ -119,15 +89,21 @@ def run_node(name: str, factory: Factory, args: Sequence[str] | None = None) -> 
     executor: Executor | None = None
     status, initialised = 0, False
     try:
-        rclpy.init(args=list(sys.argv if args is None else args))
-        initialised = True
-        context = rclpy.get_default_context()
-        node = Node(name, namespace=NAMESPACE)
-        part = factory(node)
-        executor = make_executor(context)
-        executor.add_node(node)
-        quieten_collector()
-        spin(executor, context, [part.ticker] if part.ticker is not None else [])
+        with StopSignal() as stop:
+            context = rclpy.get_default_context()
+            own = list(sys.argv if args is None else args)
+            rclpy.init(args=own, signal_handler_options=SignalHandlerOptions.NO)
+            initialised = True
+            node = Node(name, namespace=NAMESPACE)
+            part = factory(node)
+            executor = make_executor(context)
+            executor.add_node(node)
+            quieten_collector()
+            try:
+                spin(executor, context, [part.ticker] if part.ticker is not None else [], lambda: stop.wanted)
+            finally:
+                # still inside, so that a second Ctrl-C cannot keep the object's valves open
+                part.close()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except StationError as error:
@@ -150,10 +126,8 @@ def run_node(name: str, factory: Factory, args: Sequence[str] | None = None) -> 
 
 
 def _end(node: Node | None, part: Part | None, executor: Executor | None) -> None:
-    # a second Ctrl-C must not keep the object's valves open
-    with contextlib.suppress(KeyboardInterrupt):
-        if part is not None:
-            part.close()
+    if part is not None:
+        part.close()
     with contextlib.suppress(KeyboardInterrupt, Exception):
         if executor is not None and node is not None:
             executor.remove_node(node)

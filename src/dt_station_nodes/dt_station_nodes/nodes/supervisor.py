@@ -13,8 +13,8 @@ import yaml
 
 from ..core.errors import StationError
 from .offspring import Child, Nursery
+from .priority import priority_of
 from .scenario import NAMESPACE, NodePlan, Scenario, plan
-from .spinning import priority_of
 from .statistics import RunStatistics
 from .watch import Observations, Watch
 

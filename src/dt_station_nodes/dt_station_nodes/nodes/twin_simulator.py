@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rclpy.node import Node
+from rclpy.subscription import Subscription
 
 from dt_station_msgs.msg import PlantState, Setpoint, TwinModel
 
@@ -80,19 +81,23 @@ class TwinSimulator:
         self._stamp_ns, self._sequence = 0, -1
         self._config = self._parameters.config
         self._make(self._config)
+        setpoints: dict[str, Subscription] = {}
         if loops:
             for topic, channel in (("load/setpoint", Channel.PRESSURE), ("position/setpoint", Channel.POSITION)):
-                node.create_subscription(Setpoint, topic, self._setpoint_callback(channel), SETPOINT_READER, raw=True)
+                setpoints[topic] = node.create_subscription(
+                    Setpoint, topic, self._setpoint_callback(channel), SETPOINT_READER, raw=True
+                )
         self._diagnostics = Diagnostics(node, self._health)
         wanted = ready.parse_readers(files["wait_for_readers"])
         publishers = {"twin/state": self._publisher}
-        self._gate = ready.ReadyGate(node, wanted, publishers, files["wait_timeout_s"], self._start)
+        writers = ready.chosen(files["wait_for_writers"], setpoints)
+        self._gate = ready.ReadyGate(node, wanted, publishers, files["wait_timeout_s"], self._start, writers)
 
     def close(self) -> None:
         """Nothing to bring to rest."""
 
-    def _start(self) -> None:
-        self._node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True)
+    def _start(self) -> Subscription:
+        return self._node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True)
 
     def _make(self, config: TwinConfig) -> None:
         sample_time_s = self._files["sample_time_s"]
@@ -150,7 +155,7 @@ class TwinSimulator:
         late = self._loop_state.late if self._loops is not None else 0
         values = {"sequence": self._sequence, "model": self._config.spec.name, "late_setpoints": late}
         if not self._gate.ready:
-            return Health(Level.OK, f"waiting for readers: {', '.join(self._gate.missing())}", values)
+            return Health(Level.OK, f"waiting for {', '.join(self._gate.missing())}", values)
         if late:
             return Health(Level.WARN, f"{late} samples simulated with a held set-point", values)
         return Health(Level.OK, "simulating", values)

@@ -1,0 +1,127 @@
+"""How fast the whole graph runs, beside a plain rclpy graph of the same shape in the same run.
+
+    python benchmarks/pace.py [--seconds 5] [--rates 50 200 500 1000] [--long 300] [--json]
+
+Real time: missed samples (a command not in before the next sample) at each rate, as separate processes and
+composed in one process, with and without real-time priority. Lockstep: times faster than real time at 20 ms.
+`--long` holds 20 ms for so many seconds with all nodes as processes. Run it on a quiet machine; it says how
+busy the machine was.
+"""
+
+import argparse
+import json
+import os
+import statistics as stats
+import subprocess
+import sys
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from dt_station_nodes.cli.station import private_domain
+from dt_station_nodes.nodes.composition import Composition
+from dt_station_nodes.nodes.offspring import Nursery
+from dt_station_nodes.nodes.scenario import Scenario, plan
+from dt_station_nodes.nodes.supervisor import Supervisor
+
+HERE = Path(__file__).resolve().parent
+PRIORITY = "DT_STATION_PRIORITY"
+
+
+def plain(rate: float, seconds: float) -> dict:
+    command = [sys.executable, str(HERE / "pace_plain.py"), "--rate", str(rate), "--seconds", str(seconds)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+def ours(scenario: Scenario, nursery: Nursery | None) -> dict:
+    if nursery is None:
+        with Composition(scenario) as station:
+            station.wait(600.0)
+            bridge = station.stop().bridge
+    else:
+        with Supervisor(scenario, nursery=nursery) as station:
+            station.wait(timeout_s=scenario.duration_s + 60.0)
+            bridge = station.stop().bridge
+    return {
+        "samples": bridge["samples"],
+        "missed": bridge["missed_samples"],
+        "p50_s": bridge["latency_p50_s"],
+        "p99_s": bridge["latency_p99_s"],
+        "max_s": bridge["latency_max_s"],
+        "factor": bridge["realtime_factor"],
+        "overruns": bridge["overruns"],
+    }
+
+
+def with_priority(wanted: bool, measure) -> dict:
+    before = os.environ.pop(PRIORITY, None)
+    if not wanted:
+        os.environ[PRIORITY] = "0"
+    try:
+        return measure()
+    finally:
+        os.environ.pop(PRIORITY, None)
+        if before is not None:
+            os.environ[PRIORITY] = before
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=5.0, help="length of each real-time run")
+    parser.add_argument("--rates", type=float, nargs="+", default=[50.0, 200.0, 500.0, 1000.0], help="Hz")
+    parser.add_argument("--long", type=float, default=0.0, help="seconds at 20 ms as separate processes")
+    parser.add_argument("--json", action="store_true")
+    given = parser.parse_args()
+    base = Scenario.load("paper")
+    rows = []
+
+    def add(what: str, rate: float, found: dict) -> None:
+        rows.append({"what": what, "rate_hz": rate, "load": os.getloadavg()[0], **found})
+        print(f"{what}, {rate:g} Hz: {found['missed']} of {found['samples']} missed", file=sys.stderr)
+
+    with private_domain():
+        nursery = Nursery([each.executable for each in plan(base)])
+        try:
+            for rate in given.rates:
+                scenario = base.changed(sample_time_s=1.0 / rate, duration_s=given.seconds, pace="realtime")
+                add("plain rclpy, processes", rate, plain(rate, given.seconds))
+                for what, place in (("station, processes", nursery), ("station, composed", None)):
+                    for priority in (False, True):
+                        label = what + (", priority" if priority else "")
+                        add(label, rate, with_priority(priority, lambda s=scenario, p=place: ours(s, p)))
+            lockstep = base.changed(pace="lockstep", duration_s=24.0)
+            for what, place in (("lockstep, processes", nursery), ("lockstep, composed", None)):
+                found = [ours(lockstep, place) for _ in range(3)]
+                middle = stats.median(each["factor"] for each in found)
+                add(what, 50.0, next(each for each in found if each["factor"] == middle))
+            if given.long:
+                add("station, processes, priority, long", 50.0, ours(base.changed(duration_s=given.long), nursery))
+        finally:
+            nursery.close()
+    reference = {row["rate_hz"]: row for row in rows if row["what"].startswith("plain")}
+    for row in rows:
+        row["missed_percent"] = 100.0 * row["missed"] / max(1, row["samples"])
+        beside = reference.get(row["rate_hz"])
+        if beside is not None and row["what"].startswith("station"):
+            row["p99_ratio"] = row["p99_s"] / beside["p99_s"]
+    if given.json:
+        print(json.dumps({"rows": rows}, indent=2))
+        return
+    table = Table("graph", "rate Hz", "missed %", "p50 ms", "p99 ms", "max ms", "p99, of plain", "x real time", "load")
+    for row in rows:
+        table.add_row(
+            row["what"],
+            f"{row['rate_hz']:g}",
+            f"{row['missed_percent']:.3f}",
+            *(f"{1e3 * row[key]:.2f}" for key in ("p50_s", "p99_s", "max_s")),
+            f"{row['p99_ratio']:.2f}" if "p99_ratio" in row else "",
+            f"{row['factor']:.1f}" if "factor" in row else "",
+            f"{row['load']:.1f}",
+        )
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()
