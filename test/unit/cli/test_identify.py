@@ -80,6 +80,12 @@ def test_identify_prints_the_candidates(table, tmp_path, capsys):
         (["--channel", "position"], "has no"),
         (["--model", "nowhere"], "nowhere"),
         (["--method", "static"], "up and down"),
+        (["--delay", "-1"], "number of seconds"),
+        (["--method", "static", "--lag", "1e9"], "quarter of the run"),
+        (["--method", "closed-loop", "--channel", "pressure"], "pressure_setpoint_pa"),
+        (["--method", "inverse-dynamics"], "has no servo_voltage_v"),
+        (["--method", "inverse-dynamics", "--force-per-volt", "0"], "force per volt"),
+        (["--rest-pressure", "nan"], "--rest-pressure"),
     ],
 )
 def test_bad_requests_get_one_sentence_and_no_files(table, tmp_path, capsys, options, says):

@@ -1,5 +1,6 @@
 """`dt-station identify`: a model from a run, with intervals and checks."""
 
+import math
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -23,6 +24,9 @@ class What(str, Enum):
     DISTURBANCE = "disturbance"
     STATIC = "static"
     INVERSE_DYNAMICS = "inverse-dynamics"
+
+
+_POSITION_ONLY = (What.DISTURBANCE, What.INVERSE_DYNAMICS)
 
 
 class Channels(str, Enum):
@@ -72,10 +76,12 @@ def identify(
     from ..records import load_run
     from . import identify_report as report
 
+    if rest_pressure is not None and not math.isfinite(rest_pressure):
+        raise UserError(f"--rest-pressure {rest_pressure}: give a number of Pa.")
     data = load_run(run, data_map)
     check = load_run(validate, data_map) if validate is not None else None
     base = load_model(model)[0] if model else None
-    channels = _channels(data, channel)
+    channels = _channels(data, Channels.POSITION if method in _POSITION_ONLY else channel)
     with progress(f"Identifying from {run}") as advance:
         if method is What.INVERSE_DYNAMICS:
             outcome = report.axis(data, check, force_per_volt, name)

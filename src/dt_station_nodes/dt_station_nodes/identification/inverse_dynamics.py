@@ -5,6 +5,7 @@ neither biases nor pretends to be information: Gautier, Janot and Vandanjon, IEE
 (2013) 428.
 """
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -77,6 +78,8 @@ def regression(
     The usual cut-off is a seventh of half the sample rate. Raises IdentificationError for a run that does not
     move or is too short.
     """
+    if not (math.isfinite(force_per_volt) and force_per_volt != 0.0):
+        raise IdentificationError(f"The force per volt must be a number other than 0 N/V, got {force_per_volt:g}.")
     check_excitation(run, Channel.POSITION.voltage_signal)
     check_response(run, Channel.POSITION)
     position = signal_of(run, Channel.POSITION.signal)

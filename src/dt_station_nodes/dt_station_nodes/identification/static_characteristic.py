@@ -73,6 +73,8 @@ def static_characteristic(run: Run, channel: Channel, lag_s: float = 0.0) -> Sta
     """
     check_excitation(run, channel.voltage_signal)
     check_response(run, channel)
+    if not 0.0 <= lag_s < 0.25 * run.sample_time_s * len(run):
+        raise IdentificationError(f"The lag must lie between 0 s and a quarter of the run, got {lag_s:g} s.")
     integrating = channel is Channel.POSITION
     scale = output_scale(run, channel)
     voltage = signal_of(run, channel.voltage_signal)
@@ -85,7 +87,7 @@ def static_characteristic(run: Run, channel: Channel, lag_s: float = 0.0) -> Sta
     stride = max(1, len(output) // MOST_RESIDUALS)
     window = max(stride, len(output) // 300) if integrating else 1
     target = observed(output, integrating, window, stride, run.sample_time_s)
-    data = StaticData(voltage, target, integrating, window, stride, run.sample_time_s, max(lag_s, 0.0))
+    data = StaticData(voltage, target, integrating, window, stride, run.sample_time_s, lag_s)
     fitted = fit_shape(data)
     modelled = data.model(fitted.theta)
     intervals = _intervals(fitted.theta, fitted.jacobian, target - modelled)

@@ -1,5 +1,6 @@
 """Identification of the station's paths: pressure, position (two ways), disturbance."""
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -176,6 +177,8 @@ def identify_closed_loop(
     if scaling_gain is None:
         scaling_gain = proportional_gain(run, channel)
         notes.append(f"scaling gain {scaling_gain:.6g} V per output unit read off the run")
+    if not (math.isfinite(scaling_gain) and scaling_gain > 0.0):
+        raise IdentificationError(f"The scaling gain must be above 0 V per output unit, got {scaling_gain:g}.")
     data = Data(run.sample_time_s, (setpoint,), output, (channel.setpoint_signal,), channel.signal)
     fitted = estimate(Structure((PathStructure(2, 0),)), data)
     closed = fitted.paths[0]

@@ -1,5 +1,6 @@
 """What is estimated from what: data, orders, and the layout of the parameter vector."""
 
+import math
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
@@ -35,6 +36,8 @@ class PathStructure:
             raise IdentificationError(
                 f"A path needs a pole and no more integrators than poles, got {self.poles} and {self.integrators}."
             )
+        if not (math.isfinite(self.delay_s) and self.delay_s >= 0.0):
+            raise IdentificationError(f"A delay is a number of seconds from 0 on, not {self.delay_s:g}.")
         if not 0 <= self.zeros < self.poles:
             raise IdentificationError(
                 f"A model with {self.zeros} zeros and {self.poles} poles is improper; ask for fewer zeros than poles."
