@@ -183,7 +183,7 @@ def _held(axes: Axes, held: Mapping[str, tuple[Hold, str]]) -> None:
     first = next(iter(held.values()))[0].run
     axes.plot(first.time_s, CM * first.signals["position_setpoint_m"], color=SETPOINT, lw=0.8, label="set-point")
     for label, (hold, colour) in held.items():
-        text = f"{label}: index {hold.index:.3g} cm²"
+        text = f"{label}: index {hold.index:.3g} mm²"
         axes.plot(hold.run.time_s, CM * hold.run.signals["position_m"], color=colour, lw=1.0, label=text)
     pressure = axes.twinx()
     pressure.plot(first.time_s, first.signals["pressure_pa"] * MPA, color=LOAD, lw=0.6, alpha=0.6)

@@ -97,7 +97,7 @@ def show(data: dict[str, Any], files: dict[str, Path]) -> None:
         table.add_row(text, _number(before["step"][key]), _number(after["step"][key]))
     if before["index_under_load"] is not None:
         table.add_row(
-            f"index (8) under load, {unit}²", _number(before["index_under_load"]), _number(after["index_under_load"])
+            "index (8) under load, mm²", _number(before["index_under_load"]), _number(after["index_under_load"])
         )
     for key, text in (
         ("gain_margin_db", "gain margin, dB"),

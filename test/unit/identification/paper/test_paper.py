@@ -6,7 +6,7 @@ import pytest
 
 from dt_station_nodes.hardware import open_backend
 from dt_station_nodes.identification import paper
-from dt_station_nodes.identification.paper.rows import judged_same, judged_small
+from dt_station_nodes.identification.paper.row import judged_same, judged_small
 from support.controllers import CONFIG, controller, paper_model
 
 
@@ -77,8 +77,8 @@ def test_the_hold_experiment_is_four_whole_cycles_of_eight_hundred_samples() -> 
     held = paper.hold(bench(), bench().fresh_model(), "position_pid")
     load = held.run.signals["pressure_setpoint_pa"][200:1000]
     assert len(held.run) == 1200
-    assert (load == 3.5e6).sum() == (load == 1.5e6).sum() == 400
-    error = 100.0 * (held.run.signals["position_setpoint_m"] - held.run.signals["position_m"])[200:1000]
+    assert (load == 4.5e6).sum() == (load == 1.5e6).sum() == 400
+    error = 1000.0 * (held.run.signals["position_setpoint_m"] - held.run.signals["position_m"])[200:1000]
     assert held.index == pytest.approx((error**2).sum(), rel=1e-9)
 
 

@@ -5,7 +5,7 @@ from .compare import rows
 from .loops import Hold, PressureResponse, hold, pressure_response
 from .paths import Disturbance, ServoPath, StaticPressure
 from .results import STEPS, ObjectResults, Results, run_all
-from .rows import Row, Status
+from .row import Row, Status
 
 __all__ = [
     "CONTROLLERS",

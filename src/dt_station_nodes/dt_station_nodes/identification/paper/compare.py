@@ -7,7 +7,7 @@ from ..tuning import continuous_pi, discrete_pi, printed
 from . import published
 from .compare_control import control_rows
 from .results import Results
-from .rows import Row, Status, judged_printed, judged_same, near
+from .row import Row, Status, judged_printed, judged_same, near
 
 NAMES = {"pressure_pi": "PI optimised", "pressure_pi_zn": "PI Ziegler-Nichols"}
 

@@ -2,12 +2,12 @@
 
 from . import published
 from .results import Results
-from .rows import Row, Status, judged_same, judged_small
+from .row import Row, Status, judged_same, judged_small
 
 BAND = "the paper prints no settling band"
 UNITS = (
-    "the paper prints neither the load's amplitude nor the position's unit; ours is a load of 2.5 MPa plus and minus "
-    "1 MPa and a position in cm"
+    "the paper prints neither the load's amplitude nor the index's unit; ours is for a load of 3 MPa plus and minus "
+    "1.5 MPa, in mm^2, the only unit that gives figures of the paper's size on a rig near its models"
 )
 # A response whose overshoot a plot would not show.
 INVISIBLE_PERCENT = 2.0
@@ -142,7 +142,7 @@ def _simulated_hold(results: Results) -> list[Row]:
                 f"{label}: index (8), same simulation",
                 pid.index,
                 ours,
-                "cm^2",
+                "mm^2",
                 judged_small(pid.index, ours, 1e-3),
                 why,
             )
@@ -155,7 +155,7 @@ def _rig_hold(results: Results) -> list[Row]:
     rows = []
     for name, key, label in (("position_pid", "pid", "PID"), ("position_fuzzy", "fuzzy", "fuzzy")):
         rows.append(
-            Row(f"index (8), {label}, virtual rig", published.INDEX[key], held[name].index, "cm^2",
+            Row(f"index (8), {label}, virtual rig", published.INDEX[key], held[name].index, "mm^2",
                 Status.NOT_COMPARABLE, UNITS)
         )  # fmt: skip
     ratio = held["position_fuzzy"].index / held["position_pid"].index

@@ -14,10 +14,10 @@ from .bench import Bench
 
 Array = NDArray[np.float64]
 
-MPA, CM = 1e-6, 100.0
+MPA, CM, MM = 1e-6, 100.0, 1000.0
 LOW_PA, HIGH_PA = 2.0e6, 3.0e6
 HALF_S, CYCLES = 4.0, 5
-LOAD = Waveform(Shape.SQUARE, 1.0e6, 2.5e6, 0.25)
+LOAD = Waveform(Shape.SQUARE, 1.5e6, 3.0e6, 0.25)
 PLACE_M = 0.1
 LENGTH_S, FROM_S, TO_S = 24.0, 4.0, 20.0
 MOVE_S = 4.0
@@ -54,7 +54,7 @@ def pressure_response(bench: Bench, plant: Plant, pi: str) -> PressureResponse:
 class Hold:
     """A position moved to and held under square load for 24 s.
 
-    `index` is (8) over 4 to 20 s (cm^2); `static_error_cm` the mean error over it, four whole load cycles;
+    `index` is (8) over 4 to 20 s (mm^2); `static_error_cm` the mean error over it, four whole load cycles;
     `growth_cm` by how much the mean error of the last cycle exceeds that of the first; `overshoot_percent` of the
     move.
     """
@@ -67,7 +67,7 @@ class Hold:
 
 
 def hold(bench: Bench, plant: Plant, controller: str | LoopController) -> Hold:
-    """Load square of 0.25 Hz, 2.5 MPa plus and minus 1 MPa, by the optimised PI; position to 10 cm at the start."""
+    """Load square of 0.25 Hz, 3 MPa plus and minus 1.5 MPa, by the optimised PI; position to 10 cm at the start."""
     n = bench.samples(LENGTH_S)
     loop = bench.controller(controller) if isinstance(controller, str) else controller
     load = waveform_samples(LOAD, bench.sample_time_s, n)
@@ -80,7 +80,7 @@ def hold(bench: Bench, plant: Plant, controller: str | LoopController) -> Hold:
     start = float(position[0])
     return Hold(
         run,
-        error_index(np.full(error.size, CM * PLACE_M), position[part]),
+        error_index(np.full(error.size, MM * PLACE_M), MM * run.signals["position_m"][part]),
         float(np.mean(error)),
         float(abs(np.mean(error[-cycle:])) - abs(np.mean(error[:cycle]))),
         max(0.0, 100.0 * float(np.max(move) - CM * PLACE_M) / (CM * PLACE_M - start)),

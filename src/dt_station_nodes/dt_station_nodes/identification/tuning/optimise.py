@@ -13,11 +13,11 @@ from ...core.samples import ControlMode
 from .errors import TuningError
 from .problem import Experiment, Goal, Trial
 
-# Weight of a bound crossed, per relative crossing squared; large beside any cost, smooth for the search.
-FENCE = 200.0
+# Weight of a bound crossed, per relative crossing: steeper than any gain in cost that a crossing can buy.
+FENCE = 60.0
 HOPELESS = 1e6
-# The search keeps this far (relative) inside the bounds, so that a fence, which gives a little, still holds them.
-INSIDE = 0.005
+# The search keeps this far (relative) inside the bounds.
+INSIDE = 0.002
 DIGITS = 4
 
 
@@ -145,7 +145,7 @@ def _cost(trial: Trial, before: Trial, goal: Goal) -> float:
     total = sum(weight * now / max(then, 1e-12) for weight, now, then in terms)
     if not math.isfinite(total):
         return HOPELESS
-    return min(HOPELESS, total + FENCE * sum(max(0.0, excess + INSIDE) ** 2 for _, excess in _excesses(trial, goal)))
+    return min(HOPELESS, total + FENCE * sum(_crossing(excess + INSIDE) for _, excess in _excesses(trial, goal)))
 
 
 def _starts(config: LoopConfig, knobs: tuple[Knob, ...]) -> list[NDArray[np.float64]]:
@@ -160,6 +160,10 @@ def _starts(config: LoopConfig, knobs: tuple[Knob, ...]) -> list[NDArray[np.floa
     other = x.copy()
     other[deaf] = 0.05
     return [x, other]
+
+
+def _crossing(excess: float) -> float:
+    return excess + excess**2 if excess > 0.0 else 0.0
 
 
 def _place(config: LoopConfig, knob: Knob) -> float:

@@ -39,7 +39,7 @@ class Goal(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One setting, tried: its step, its index under load (position loop, unit^2), its margins."""
+    """One setting, tried: its step, its index (8) under load (position loop, mm^2), its margins."""
 
     config: LoopConfig
     step: StepFigures
@@ -83,7 +83,7 @@ class Experiment:
         return run_loops(ModelPlant(plant, state), other, tuned, load, np.full(n, self.high))
 
     def figures(self, run: Run, error_scale: float) -> tuple[StepFigures, float | None]:
-        """Figures of the step and of the hold, in the controller's error units."""
+        """Figures of the step in the controller's error units, and the index (8) of the hold in mm^2."""
         response = run.signals[self.channel.signal] * error_scale
         voltage = run.signals[self.channel.voltage_signal]
         low, high, half = self.low * error_scale, self.high * error_scale, self.half
@@ -91,7 +91,8 @@ class Experiment:
             part = slice(half, 2 * half)
             return step_figures(low, high, response[part], voltage[part], self.sample_time_s), None
         step = step_figures(low, high, response[:half], voltage[:half], self.sample_time_s)
-        return step, error_index(np.full(self.hold, high), response[half:])
+        position = 1e3 * run.signals[self.channel.signal][half:]
+        return step, error_index(np.full(self.hold, 1e3 * self.high), position)
 
     def trial(self, config: LoopConfig, error_scale: float) -> Trial:
         """One setting, judged in full."""
@@ -103,7 +104,7 @@ def usual_experiment(model: ModelSpec, channel: Channel, other: LoopConfig, samp
     """The paper's: a step of 1 MPa well inside the valve's range; a move of 10 cm, then two cycles of square load."""
     if channel not in model.paths:
         raise TuningError(f"model {model.name} has no {channel.value} path; choose another model or channel")
-    square = Waveform(Shape.SQUARE, 1.0e6, 2.5e6, 0.25)
+    square = Waveform(Shape.SQUARE, 1.5e6, 3.0e6, 0.25)
     if channel is Channel.PRESSURE:
         samples = max(1, round(3.0 / sample_time_s))
         return Experiment(model, channel, other, sample_time_s, 2.0e6, 3.0e6, samples, 0, square)
