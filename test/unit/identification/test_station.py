@@ -112,6 +112,17 @@ def test_the_papers_way_finds_the_open_path_where_sampling_is_fast():
     assert found.gain.value == pytest.approx(found.transfer.gain())
 
 
+def test_the_papers_way_says_what_the_hold_does_to_it():
+    found = identify_closed_loop(record(load_v=0.0))
+    assert found.gain.value > 1.05 * 8.843
+    (note,) = (note for note in found.notes if "hold" in note)
+    gain, pole = (
+        float(part.split()[0]) for part in note.replace("gain is", "|").replace("pole at", "|").split("|")[1:]
+    )
+    assert gain == pytest.approx(8.843, rel=0.03)
+    assert pole == pytest.approx(-23.34, rel=0.08)
+
+
 def test_the_papers_way_asks_for_a_proportional_controller(run):
     strange = {**run.signals, "servo_voltage_v": np.random.default_rng(0).normal(size=len(run))}
     with pytest.raises(IdentificationError, match="proportional"):

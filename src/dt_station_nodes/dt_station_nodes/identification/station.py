@@ -187,7 +187,12 @@ def identify_closed_loop(
     velocity_gain = fitted.interval(lambda theta: float(theta[0] / scaling_gain / theta[1]))
     static = fitted.gain(0)
     doubt = "" if 0.9 < static.value < 1.1 else ": the path is not astatic, or the set-point was not reached"
-    notes.append("the hold between samples is taken for dynamics of the path; the direct way is free of that")
+    # to first order the hold delays by half a sample, which takes b0 h / 2 from the middle coefficient
+    slowed = closed.denominator[1] + 0.5 * run.sample_time_s * closed.numerator[0]
+    notes.append(
+        f"the hold between samples is taken for dynamics of the path; with half a sample taken out the gain is "
+        f"{lead / slowed:.4g} and the pole at {-slowed:.4g} rad/s"
+    )
     notes.append(f"static gain of the closed loop {static.value:.4f} (1 for an astatic path){doubt}")
     selection = choose((scored(fitted, data, 0),))
     return IdentifiedPath(
