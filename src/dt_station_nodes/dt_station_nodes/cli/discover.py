@@ -6,7 +6,7 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -21,9 +21,6 @@ from .common import (
     load_model,
     output_dir,
 )
-
-if TYPE_CHECKING:
-    from .discover_job import Task
 
 
 def discover(
@@ -75,10 +72,20 @@ def discover(
     console.print(f"one folder a run in {folder}")
 
 
+def discover_for_demo(bag: Path, folder: Path, model: str = "paper") -> dict[str, Any]:
+    """What the demo's twin lacks: the answer as --json has it, with its sentence and the report's path."""
+    from .discover_job import Task, load_input, work_one
+
+    _, text = load_model(model)
+    task = Task(bag, None, model, text, None, None, 0.0, os.cpu_count() or 1)
+    result = work_one(task, load_input(task), folder, _speaker(False))
+    return {**result.to_json(), "sentence": result.sentence, "report": folder / "report.html"}
+
+
 def _cluster(address: str) -> str:
     if address:
         try:
-            import distributed  # type: ignore[import-not-found]  # noqa: F401
+            import distributed  # noqa: F401
         except ImportError:
             raise UserError(
                 "--scheduler needs Dask; install it into the environment with: pip install distributed"
@@ -128,8 +135,8 @@ def _print(result: Any, folder: Path) -> None:
     if result.next_experiment is not None:
         wave = result.next_experiment
         screen.print(
-            f"next experiment: {wave.shape} of {wave.amplitude:.3g} V about {wave.offset:.3g} V at {wave.frequency_hz} Hz "
-            f"on the {wave.channel.value} valve: {wave.why}"
+            f"next experiment: {wave.shape} of {wave.amplitude:.3g} V about {wave.offset:.3g} V "
+            f"at {wave.frequency_hz} Hz on the {wave.channel.value} valve: {wave.why}"
         )
     screen.print(f"report: {folder / 'report.html'}\nmodel:  {folder / 'model.yaml'}")
 
