@@ -10,7 +10,12 @@ import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
+import hypothesis
 import pytest
+
+# The same examples everywhere, and a busy machine is no failure.
+hypothesis.settings.register_profile("station", deadline=None, derandomize=True)
+hypothesis.settings.load_profile("station")
 
 SESSION = uuid.uuid4().hex
 MARK = f"DT_STATION_TEST_SESSION={SESSION}".encode()

@@ -1,5 +1,6 @@
 """The fuzzy surface against scikit-fuzzy's own inference, and what its rules promise."""
 
+import os
 import time
 from pathlib import Path
 
@@ -179,6 +180,8 @@ def test_mistakes_in_the_rules_are_named(old, new, says) -> None:
 @pytest.mark.timing
 @pytest.mark.parametrize("name", ["pressure_pi", "position_pid", "position_fuzzy"])
 def test_a_step_costs_a_thousandth_of_a_fast_sample(name) -> None:
+    if os.getloadavg()[0] > (os.cpu_count() or 1):
+        pytest.skip("the machine is too busy to judge a step of microseconds")
     controller = LoopController(load(name), 0.001)
     state, given_input = controller.initial_state(), ControlInput(0.01, 0.0, 2e6)
     best = 1.0

@@ -119,4 +119,4 @@ def test_a_live_switch_to_fuzzy_takes_no_longer_than_a_sample() -> None:
     fuzzy = ALL.with_mode(ControlMode.FUZZY)
     start = time.process_time()
     controller.reconfigured(fuzzy, state, given)
-    assert time.process_time() - start < 0.01
+    assert time.process_time() - start < SAMPLE_TIME_S
