@@ -121,8 +121,12 @@ def test_the_run_of_a_bag(ours: Path) -> None:
     run = load_run(ours)
     assert len(run) == SAMPLES
     assert run.start_s == 0.0
-    for signal, field in (("position_m", "position"), ("servo_voltage_v", "servo_voltage")):
-        assert run.signals[signal].tolist() == [bags.state_values(k)[field] for k in range(SAMPLES)]
+    assert run.signals["position_m"].tolist() == [bags.state_values(k)["position"] for k in range(SAMPLES)]
+    applied = [bags.state_values(k)["servo_voltage"] for k in range(1, SAMPLES)]
+    assert run.signals["servo_voltage_v"].tolist() == [*applied, 0.5 * (SAMPLES - 1)]
+    early = run_from_bag(ours, to_s=0.1)
+    assert early.signals["servo_voltage_v"].tolist() == applied[: len(early)]
+    assert len(early) == 5
     assert run.signals["pressure_setpoint_pa"].tolist() == [100.0 + k for k in range(SAMPLES)]
     assert run.signals["position_setpoint_m"].tolist() == [0.001 * k for k in range(SAMPLES)]
 

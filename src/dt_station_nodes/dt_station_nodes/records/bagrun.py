@@ -17,6 +17,7 @@ TWIN = "twin/state"
 COMMANDS = {"pressure_setpoint_pa": "load/command", "position_setpoint_m": "position/command"}
 SETPOINTS = {"pressure_setpoint_pa": "load/setpoint", "position_setpoint_m": "position/setpoint"}
 PLANT_STATE = "dt_station_msgs/msg/PlantState"
+_VOLTAGES = {"load_voltage_v": "load/command", "servo_voltage_v": "position/command"}
 _FIELDS = {
     "pressure_pa": "pressure",
     "position_m": "position",
@@ -65,15 +66,17 @@ def run_from_bag(
 ) -> Run:
     """The run in a bag, from the topic that ends in `ending`; raises RecordError unless it is whole.
 
-    Voltages and measured quantities come from the plant state, set-points from the commands for the same samples.
+    Measured quantities come from the plant state, set-points from the commands for the same samples, voltages from
+    the plant state after: a state carries those that led to it, a row those applied from it on. The last row takes its
+    own commands, or is left out where they were not recorded.
     A bag in which the numbering began anew holds several runs; `number` (from 1) chooses. `from_s` and `to_s` (s on
     the run's own time axis) choose a stretch.
     """
     with Bag(path) as bag:
-        states = plant_states(bag, ending, number)
-        if from_s is not None or to_s is not None:
-            states = states.pick(window(states, from_s, to_s))
-        step = states.sample_time_s()
+        whole = plant_states(bag, ending, number)
+        chosen = np.flatnonzero(window(whole, from_s, to_s))
+        step = whole.pick(chosen).sample_time_s()
+        states = _with_voltages_to_come(bag, whole, chosen)
         signals: dict[str, Array] = {}
         for signal, topic in COMMANDS.items():
             values = _column_at(bag, topic, "setpoint", states.stamp_ns, "right")
@@ -90,6 +93,33 @@ def run_from_bag(
         if not signals:
             raise RecordError(f"{states.what} holds no signal at all")
         return Run(step, signals, first * step, str(path))
+
+
+def _with_voltages_to_come(bag: Bag, whole: PlantStates, chosen: NDArray[np.intp]) -> PlantStates:
+    """The chosen samples, in a row and at least two, with the voltages applied from each until the next."""
+    states, last = whole.pick(chosen), int(chosen[-1])
+    followed = last + 1 < len(whole.sequence) and whole.sequence[last + 1] == whole.sequence[last] + 1
+    for signal, topic in _VOLTAGES.items():
+        values = np.append(states.signals[signal][1:], np.nan)
+        if followed:
+            values[-1] = whole.signals[signal][last + 1]
+        else:
+            values[-1] = _command_at(bag, topic, int(states.stamp_ns[-1]))
+        states.signals[signal] = values
+    complete = all(np.isfinite(states.signals[signal][-1]) for signal in _VOLTAGES)
+    return states if complete else states.pick(slice(0, -1))
+
+
+def _command_at(bag: Bag, ending: str, stamp_ns: int) -> float:
+    """The voltage of the command that answers the sample of a stamp; NaN where none was recorded."""
+    topic = bag.find(ending)
+    if topic is None:
+        return float("nan")
+    columns = bag.columns(topic, [*_STAMP, "voltage"])
+    if not len(columns["log_time"]):
+        return float("nan")
+    found = np.flatnonzero(_stamps(columns) == stamp_ns)
+    return float(columns["voltage"][found[-1]]) if len(found) else float("nan")
 
 
 def window(states: PlantStates, from_s: float | None, to_s: float | None) -> NDArray[np.bool_]:
