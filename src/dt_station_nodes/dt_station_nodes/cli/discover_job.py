@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..core.errors import StationError
 from ..core.models import ModelSpec
@@ -17,9 +17,6 @@ from ..core.run import Run
 from ..discovery import DiscoveryResult, DiscoverySettings
 from ..discovery import discover as search
 from .common import console, jsonable, version
-
-if TYPE_CHECKING:
-    from ..records import DataMap
 
 __all__ = ["Task", "load_input", "table", "work_all", "work_one", "write"]
 
@@ -157,7 +154,7 @@ def work_all(tasks: list[Task], folder: Path, jobs: int, scheduler: str) -> list
     alone = [replace(task, jobs=1) for task in tasks]
     calls = (joblib.delayed(_row)(task, place) for task, place in zip(alone, places, strict=True))
     if scheduler:
-        from distributed import Client  # type: ignore[import-not-found]
+        from distributed import Client
 
         with Client(scheduler), joblib.parallel_config(backend="dask"):
             return list(joblib.Parallel()(calls))
