@@ -21,6 +21,7 @@ def ran(monkeypatch):
         return verb.Outcome(name, answer["status"] if name == "pytest" else 0, 0.1, answer["line"])
 
     monkeypatch.setattr(verb, "run_checker", fake)
+    monkeypatch.setattr(verb, "TYPED_FOR", sys.version_info[:2])
     return calls, answer
 
 
@@ -38,6 +39,13 @@ def test_the_checkers_can_be_left_out(ran):
     calls, _ = ran
     assert app.main(["test", "--no-lint"]) == 0
     assert [name for name, _ in calls] == ["pytest"]
+
+
+def test_types_are_checked_where_numpy_is_the_one_they_were_written_for(ran, monkeypatch):
+    calls, _ = ran
+    monkeypatch.setattr(verb, "TYPED_FOR", (3, 9))
+    assert app.main(["test"]) == 0
+    assert [name for name, _ in calls] == ["ruff", "pytest"]
 
 
 def test_a_failing_test_fails_the_verb(ran, capsys):

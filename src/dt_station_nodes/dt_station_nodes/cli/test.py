@@ -16,6 +16,9 @@ from .common import JsonOption, UserError, console, emit_json, leave
 
 CONTEXT_SETTINGS = {"allow_extra_args": True, "ignore_unknown_options": True}
 
+TYPED_FOR = (3, 11)
+"""The Python whose locked numpy the sources are typed against; numpy's own types change with its versions."""
+
 _COUNT = re.compile(r"(\d+) (passed|failed|errors?|skipped|xfailed|xpassed|deselected)")
 
 
@@ -79,7 +82,9 @@ def test(
     }
     outcomes = []
     for name, command in commands.items():
-        if lint or name == "pytest":
+        if name == "mypy" and lint and sys.version_info[:2] != TYPED_FOR:
+            console.print(f"mypy is left out: the types are checked on Python {'.'.join(map(str, TYPED_FOR))}")
+        elif lint or name == "pytest":
             console.rule(name)
             outcomes.append(run_checker(name, command, root, output))
     failed = [outcome.name for outcome in outcomes if outcome.status]
