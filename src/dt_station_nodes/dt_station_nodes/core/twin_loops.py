@@ -15,12 +15,16 @@ _REST = {Channel.PRESSURE: 1.0e6, Channel.POSITION: 0.0}
 
 @dataclass(frozen=True, slots=True)
 class TwinLoopsState:
-    """`queue` holds samples whose set-points are still to come; `late` counts those simulated without."""
+    """`queue` holds samples whose set-points are still to come; `late` counts those simulated without.
+
+    `awaited` are channels whose set-points have a publisher, though none was heard when the last sample came.
+    """
 
     twin: LoopTwinState
     inbox: Mapping[Channel, InboxState]
     queue: tuple[PlantSample, ...] = ()
     late: int = 0
+    awaited: frozenset[Channel] = frozenset()
 
 
 Simulated = tuple[TwinLoopsState, list[PlantSample]]
@@ -63,13 +67,18 @@ class TwinLoops:
         inbox = {**state.inbox, channel: self._inbox.offer(state.inbox[channel], setpoint)}
         return self._drain(replace(state, inbox=inbox))
 
-    def on_sample(self, state: TwinLoopsState, sample: PlantSample) -> Simulated:
-        """A sample came in; one that does not follow the last begins a new run."""
+    def on_sample(
+        self, state: TwinLoopsState, sample: PlantSample, awaited: frozenset[Channel] = frozenset()
+    ) -> Simulated:
+        """A sample came in; one that does not follow the last begins a new run.
+
+        `awaited` names channels whose set-points have a publisher: their first one is waited for.
+        """
         newest = state.queue[-1] if state.queue else state.twin.twin.last
         if newest is not None and sample.sequence <= newest.sequence:
             inbox = {channel: self._inbox.restart(each) for channel, each in state.inbox.items()}
             state = replace(state, inbox=inbox, queue=())
-        return self._drain(replace(state, queue=(*state.queue, sample)))
+        return self._drain(replace(state, queue=(*state.queue, sample), awaited=awaited))
 
     def _drain(self, state: TwinLoopsState) -> Simulated:
         done = []
@@ -78,6 +87,8 @@ class TwinLoops:
             inbox, found = {}, {}
             for channel, each in state.inbox.items():
                 inbox[channel], found[channel] = self._inbox.find(each, sample.sequence)
+                if channel in state.awaited and not each.heard:
+                    found[channel] = None
             overdue = len(state.queue) > self._patience
             if None in found.values() and not overdue:
                 break

@@ -1,8 +1,6 @@
 """The twin: simulates the model beside the object, from set-points or from the voltages applied."""
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from rclpy.node import Node
@@ -11,7 +9,7 @@ from rclpy.subscription import Subscription
 from dt_station_msgs.msg import PlantState, Setpoint, TwinModel
 
 from ..core.channels import Channel
-from ..core.control import LoopConfig, LoopController
+from ..core.control import LoopController
 from ..core.models import ModelSpec, PlantModel
 from ..core.samples import PlantSample
 from ..core.twin import CommandTwin
@@ -19,46 +17,16 @@ from ..core.twin_loops import TwinLoops
 from . import convert, ready
 from .configuration import find_config
 from .diagnostics import Diagnostics, Health, Level
-from .loop_parameters import load_loop, loop_from_values, loop_table
-from .parameters import Parameter, ParameterSet
+from .loop_parameters import load_loop, loop_table
+from .parameters import ParameterSet
 from .qos import LATCHED, SETPOINT_READER, STREAM
 from .sending import send
 from .spinning import run_node
 from .stamps import to_stamp
+from .twin_parameters import FILES, LIVE, TwinConfig, build
 
 NAME = "twin_simulator"
-FEEDS = ("setpoints", "commands")
-FILES = (
-    *ready.TABLE,
-    Parameter("model", "paper", "model file, by path or name in config/models", fixed=True),
-    Parameter(
-        "feed",
-        "commands",
-        "setpoints: loops of its own; commands: the voltages applied",
-        choices=("setpoints", "commands"),
-        fixed=True,
-    ),
-    Parameter("sample_time_s", 0.02, "the bridge's sample time", "s", 1e-4, 60.0, fixed=True),
-    Parameter("load_config", "pressure_pi", "its own load controller's file (feed setpoints)", fixed=True),
-    Parameter("position_config", "position_pid", "its own position controller's file (feed setpoints)", fixed=True),
-    Parameter("alternatives", ["position_fuzzy"], "files of further modes of its position controller", fixed=True),
-)
-LIVE = (
-    Parameter("model_yaml", "", "a model's text, taken over while running; empty: the file's"),
-    Parameter("measured_pressure", True, "the measured pressure drives the disturbance path (feed commands)"),
-)
 _NOWHERE = PlantSample(0, 0, 0.0, 0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class TwinConfig:
-    """What is simulated: the model, its text, and its own loops."""
-
-    spec: ModelSpec
-    text: str
-    measured_pressure: bool
-    load: LoopConfig | None
-    position: LoopConfig | None
 
 
 class TwinSimulator:
@@ -75,16 +43,17 @@ class TwinSimulator:
             loops["load."] = load_loop(files["load_config"])
             loops["position."] = load_loop(files["position_config"], files["alternatives"])
         table = (*LIVE, *(line for prefix, loop in loops.items() for line in loop_table(loop, prefix)))
-        self._parameters = ParameterSet(node, table, lambda values: _build(text, loops, values), self._apply)
+        self._parameters = ParameterSet(node, table, lambda values: build(text, loops, values), self._apply)
         self._publisher = node.create_publisher(PlantState, "twin/state", STREAM)
         self._models = node.create_publisher(TwinModel, "twin/model", LATCHED)
         self._stamp_ns, self._sequence = 0, -1
         self._config = self._parameters.config
         self._make(self._config)
         setpoints: dict[str, Subscription] = {}
+        self._setpoints: dict[Channel, Subscription] = {}
         if loops:
             for topic, channel in (("load/setpoint", Channel.PRESSURE), ("position/setpoint", Channel.POSITION)):
-                setpoints[topic] = node.create_subscription(
+                setpoints[topic] = self._setpoints[channel] = node.create_subscription(
                     Setpoint, topic, self._setpoint_callback(channel), SETPOINT_READER, raw=True
                 )
         self._diagnostics = Diagnostics(node, self._health)
@@ -143,7 +112,9 @@ class TwinSimulator:
             self._state, simulated = self._commands.step(self._state, sample)
             self._publish([simulated])
         else:
-            self._loop_state, done = self._loops.on_sample(self._loop_state, sample)
+            heard = self._loop_state.inbox
+            awaited = frozenset(c for c, s in self._setpoints.items() if not heard[c].heard and s.get_publisher_count())
+            self._loop_state, done = self._loops.on_sample(self._loop_state, sample, awaited)
             self._publish(done)
 
     def _publish(self, simulated: list[Any]) -> None:
@@ -159,14 +130,6 @@ class TwinSimulator:
         if late:
             return Health(Level.WARN, f"{late} samples simulated with a held set-point", values)
         return Health(Level.OK, "simulating", values)
-
-
-def _build(text: str, loops: Mapping[str, LoopConfig], values: Mapping[str, Any]) -> TwinConfig:
-    text = values["model_yaml"] or text
-    changed = {prefix: loop_from_values(loop, values, prefix) for prefix, loop in loops.items()}
-    return TwinConfig(
-        ModelSpec.from_yaml(text), text, values["measured_pressure"], changed.get("load."), changed.get("position.")
-    )
 
 
 def make(node: Node) -> TwinSimulator:
