@@ -1,9 +1,6 @@
 """The metronome: samples the object, publishes sample k, writes the commands that answer it."""
 
-import math
-import time
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Callable
 
 from rclpy.node import Node
 
@@ -11,7 +8,7 @@ from dt_station_msgs.msg import PlantState, Residual, ValveCommand
 
 from ..core.channels import Channel
 from ..core.metronome import Metronome, Pace
-from ..core.samples import PlantSample, SampleFlag
+from ..core.samples import PlantSample
 from . import convert, ready
 from .backends import backend_from
 from .bridge_parameters import TABLE, awaited
@@ -19,6 +16,7 @@ from .bridge_statistics import BridgeStatistics
 from .diagnostics import Diagnostics
 from .parameters import ParameterSet
 from .qos import STREAM
+from .sampling import Sampling
 from .sending import send
 from .spinning import run_node
 
@@ -28,17 +26,14 @@ FOLLOWERS = {"twin": ("twin/state", PlantState), "shadow": ("shadow/residual", R
 
 
 class DaqBridge:
-    """The node's own half: backend, metronome, publisher."""
+    """The node's own half: topics and parameters around the loop of `sampling`."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
         values = ParameterSet(node, TABLE, dict).values
-        self._delay = values["command_delay"]
-        self._sample_time_s = values["sample_time_s"]
-        self._last = round(values["duration_s"] / self._sample_time_s) or None
-        self._exit = values["exit_at_end"]
-        self._metronome = Metronome(
-            self._sample_time_s,
+        sample_time_s = values["sample_time_s"]
+        metronome = Metronome(
+            sample_time_s,
             Pace(values["pace"]),
             awaited(values["expect"], values["followers"]),
             values["command_timeout_s"],
@@ -46,17 +41,14 @@ class DaqBridge:
             values["max_lead"],
         )
         self._following = bool(values["followers"])
-        self._state = self._metronome.start(0)
-        self._backend = backend_from(values["backend"], values["backend_options"], self._sample_time_s)
-        self._backend.open()
-        self.running = self.ended = False
-        self._applied = (0.0, 0.0)
-        self._flags = SampleFlag.OK
-        self._pending: Mapping[Channel, float] = {}
-        self.statistics = BridgeStatistics(self._metronome.pace, self._sample_time_s)
+        self._exit = values["exit_at_end"]
+        backend = backend_from(values["backend"], values["backend_options"], sample_time_s)
+        backend.open()
+        last = round(values["duration_s"] / sample_time_s) or None
+        self._loop = Sampling(metronome, backend, self._publish, self._on_end, last, values["command_delay"])
         self._publisher = node.create_publisher(PlantState, "object/state", STREAM)
         inputs = {
-            topic: node.create_subscription(ValveCommand, topic, partial(self._on_command, channel), STREAM, raw=True)
+            topic: node.create_subscription(ValveCommand, topic, self._command_callback(channel), STREAM, raw=True)
             for channel, topic in TOPIC.items()
         }
         for name in values["followers"]:
@@ -74,108 +66,42 @@ class DaqBridge:
         )
 
     @property
-    def ticker(self) -> "DaqBridge":
+    def ticker(self) -> Sampling:
         """The bridge is the one node with a clock."""
-        return self
+        return self._loop
 
-    def deadline_ns(self) -> int | None:
-        """When the next sample is due or a silent controller is given up."""
-        if not self.running:
-            return None
-        return 0 if self._metronome.due(self._state, time.perf_counter_ns()) else self._state.due_ns
+    @property
+    def statistics(self) -> BridgeStatistics:
+        """What was counted so far."""
+        return self._loop.statistics
 
-    def tick(self) -> None:
-        """Take the next sample if it is due, whatever has come in."""
-        if self.running and self._metronome.due(self._state, time.perf_counter_ns()):
-            self._take()
+    @property
+    def running(self) -> bool:
+        """Whether samples are being taken."""
+        return self._loop.running
+
+    @property
+    def ended(self) -> bool:
+        """Whether the last sample was taken."""
+        return self._loop.ended
 
     def close(self) -> None:
         """Bring the object to rest."""
-        self.running = False
-        self._backend.close()
+        self._loop.stop()
 
     def _start(self) -> None:
-        # the first sample one period from now: the start itself must not count as lateness
-        now = time.perf_counter_ns()
-        lead = self._metronome.offset_ns(1) if self._metronome.pace is Pace.REALTIME else 0
-        self._state = self._metronome.start(now + lead, self._following)
-        self._stamp_ns = self._node.get_clock().now().nanoseconds + lead
-        self.running = True
-        self.statistics.start(now)
+        self._loop.start(self._node.get_clock().now().nanoseconds, self._following)
 
-    def _take(self) -> None:
-        if not self._state.answered:
-            self._answer()
-        now = time.perf_counter_ns()
-        self._state, tick = self._metronome.take(self._state, now)
-        flags = self._flags
-        if tick.overrun(self._metronome.offset_ns(1)):
-            flags |= SampleFlag.OVERRUN
-        reading = self._backend.read()
-        sequence = tick.sequence
-        ended = reading.ended or sequence == self._last
-        sample = PlantSample(
-            sequence,
-            self._stamp_ns + self._metronome.offset_ns(sequence),
-            reading.position_m,
-            reading.pressure_pa,
-            *self._applied,
-            flags | reading.flags | (SampleFlag.END if ended else SampleFlag.OK),
-        )
+    def _publish(self, sample: PlantSample) -> None:
         send(self._node, self._publisher, convert.state_to_bytes(sample))
-        self.statistics.sampled(tick, now, sample.flags)
-        if ended:
-            self._end()
-            return
-        if self._delay:
-            self._write(self._pending)
-        if not self._state.answered and self._metronome.complete(self._state):
-            self._answer()
 
-    def _answer(self) -> None:
-        self._state, answer = self._metronome.answer(self._state)
-        now = time.perf_counter_ns()
-        if self._state.sequence == 0 and self._metronome.pace is Pace.REALTIME:
-            self._state = self._metronome.begin(self._state, now)
-            self.statistics.start(now - self._metronome.offset_ns(1))
-        else:
-            self.statistics.answered(answer, now)
-        self._flags = answer.flags
-        if self._delay:
-            self._pending = answer.voltage_v
-        else:
-            self._write(answer.voltage_v)
-
-    def _write(self, voltage_v: Mapping[Channel, float]) -> None:
-        applied = self._backend.write(voltage_v.get(Channel.PRESSURE, 0.0), voltage_v.get(Channel.POSITION, 0.0))
-        self._applied = (applied.load_voltage_v, applied.servo_voltage_v)
-        self._flags |= applied.flags
-
-    def _on_command(self, channel: Channel, data: bytes) -> None:
-        command = convert.command_from_bytes(data)
-        # a command that is no number is none at all
-        if not math.isfinite(command.voltage_v):
-            return
-        self._state = self._metronome.accept(self._state, channel, command)
-        if not self.running or self._state.answered:
-            return
-        if self._metronome.complete(self._state):
-            self._answer()
-            self._go_on()
+    def _command_callback(self, channel: Channel) -> Callable[[bytes], None]:
+        return lambda data: self._loop.on_command(channel, convert.command_from_bytes(data))
 
     def _on_follower(self, data: bytes) -> None:
-        self._state = self._metronome.follow(self._state, convert.sequence_of(data))
-        if self.running:
-            self._go_on()
+        self._loop.on_follower(convert.sequence_of(data))
 
-    def _go_on(self) -> None:
-        if self._metronome.due(self._state, time.perf_counter_ns()):
-            self._take()
-
-    def _end(self) -> None:
-        self.running, self.ended = False, True
-        self.statistics.end(time.perf_counter_ns())
-        self._backend.close()
+    def _on_end(self) -> None:
         self._diagnostics.report()
         if self._exit:
             self._node.context.try_shutdown()

@@ -59,8 +59,6 @@ class Remote:
         """Publish the running waveform with these changes; returns what plays then. Raises RemoteError."""
         name = self.generator(channel)
         wanted = {**self._get(name, _WAVEFORM), **changes}
-        if "phase_rad" not in changes:
-            wanted["phase_rad"] = self._get(name, ("phase_rad",))["phase_rad"]
         if wanted["shape"] not in SHAPES:
             raise RemoteError(f"shape {wanted['shape']!r} is unknown; there are {', '.join(SHAPES)}.")
         if "shape" in changes and "duty" not in changes:
@@ -102,11 +100,12 @@ class Remote:
         return dict(changes)
 
     def _get(self, node: str, names: tuple[str, ...]) -> dict[str, Any]:
-        values = {}
-        for name in names:
-            answer = self._call(node, GetParameters, "get_parameters", GetParameters.Request(names=[name]))
-            values[name] = parameter_value_to_python(answer.values[0]) if answer.values else None
-        return values
+        """Values by name; None for a parameter that the node does not have."""
+        answer = self._call(node, GetParameters, "get_parameters", GetParameters.Request(names=list(names)))
+        if len(answer.values) == len(names):
+            return dict(zip(names, map(parameter_value_to_python, answer.values), strict=True))
+        # one unknown name spoils the answer for all
+        return {name: self._get(node, (name,))[name] for name in names} if len(names) > 1 else {names[0]: None}
 
     def _call(self, node: str, kind: Any, service: str, request: Any) -> Any:
         client = self._watch.node.create_client(kind, f"/{NAMESPACE}/{node}/{service}")
