@@ -43,14 +43,16 @@ def infer(config: FuzzyConfig, error: Array, load: Array) -> Array:
     axis = _voltage_axis(config.voltage)
     shapes = memberships(config.voltage, axis)
     weight, moment = _centroid_weights(axis)
-    result = np.empty(error.size)
-    for start in range(0, error.size, 4096):
-        part = slice(start, start + 4096)
-        union = np.zeros((len(result[part]), axis.size))
-        for row, shape in zip(activation[:, part], shapes, strict=True):
-            np.maximum(union, np.minimum(row[:, None], shape[None, :]), out=union)
-        result[part] = (union @ moment) / (union @ weight)
-    return result
+    area, turn = np.zeros(error.size), np.zeros(error.size)
+    # One point of the axis after the other, so that no library's order of summation enters: same bits everywhere.
+    for shape, w, m in zip(shapes.T, weight, moment, strict=True):
+        height = np.zeros(error.size)
+        for row, top in zip(activation, shape, strict=True):
+            if top > 0.0:
+                np.maximum(height, np.minimum(row, top), out=height)
+        area += w * height
+        turn += m * height
+    return turn / area
 
 
 def _voltage_axis(variable: FuzzyVariable) -> Array:
