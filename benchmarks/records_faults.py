@@ -1,6 +1,6 @@
 """Kill -9 of the recorder, of any node, and of the whole graph at random moments: what a bag loses.
 
-    python benchmarks/records_faults.py [--kills 100] [--seed 1]
+    python benchmarks/records_faults.py [--recorder 60] [--node 25] [--graph 15] [--seed 1]
 
 A witness, a second recorder that is not killed, says what the killed one must have: every message up to one second
 before the kill. Prints counts; exit status 1 if a single one of those is missing or differs.
@@ -22,6 +22,7 @@ from pathlib import Path
 ALLOWED_S = 1.0
 SETTLE_S = 0.4
 ENOUGH = 300
+PATIENCE = 4
 
 
 @dataclass
@@ -126,13 +127,14 @@ def judge(tally: Tally, witness: Path, victim: Path, scratch: Path, killed_ns: i
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--recorder", type=int, default=60, help="kills of the recorder")
+    parser.add_argument("--node", type=int, default=25, help="kills of one of the nodes")
+    parser.add_argument("--graph", type=int, default=15, help="kills of all processes at once")
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
     choose = random.Random(arguments.seed)
-    share = {"recorder": arguments.kills * 3 // 5, "node": arguments.kills // 4}
-    share["whole graph"] = arguments.kills - sum(share.values())
+    share = {"recorder": arguments.recorder, "node": arguments.node, "whole graph": arguments.graph}
     tallies = {what: Tally() for what in share}
     folder = Path(tempfile.mkdtemp(prefix="dt-station-"))
     running: list[subprocess.Popen] = []
@@ -175,7 +177,9 @@ def main() -> int:
                 judge(tallies[what], witness, victim, folder / "scratch", killed_ns, what != "node")
                 for done in (witness, victim):
                     shutil.rmtree(done)
-                if what == "whole graph" and trial < count - 1:
+                # a supervisor gives up a node that falls again and again
+                if what == "whole graph" or (what == "node" and trial % PATIENCE == PATIENCE - 1):
+                    supervisor.stop()
                     supervisor = station(folder / "log")
             print(tallies[what].line(what), flush=True)
     finally:
