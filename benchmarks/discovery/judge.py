@@ -1,5 +1,6 @@
 """Hold what discovery said against the truth, by the aims of the project."""
 
+import json
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from enum import Enum
@@ -47,6 +48,14 @@ class Judged:
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
         return {**asdict(self), "outcome": self.outcome.value}
+
+    @classmethod
+    def from_json(cls, text: str) -> "Judged":
+        """A case from its JSON text."""
+        data = json.loads(text)
+        pairs = {name: tuple((n, c) for n, c in data[name]) for name in ("truth", "found")}
+        more = {"alternatives": tuple(data["alternatives"]), "outcome": Outcome(data["outcome"])}
+        return cls(**{**data, **pairs, **more})
 
 
 def outcome_of(truth: Iterable[Pair], said: Mapping[str, Any], library: bool) -> Outcome:

@@ -90,7 +90,7 @@ OTHER: dict[str, Builder] = {
     "saturation": lambda r, i, s: (f.SAT_SMOOTH, (s.voltage * _pick(i, 0.95, 0.75, 0.5), r.uniform(5.0, 10.0))),
     "hysteresis": lambda r, i, s: (
         f.BOUC_WEN, (s.voltage * _pick(i, 0.04, 0.11, 0.28), r.uniform(0.5, 0.7), r.uniform(1.0, 2.0))),
-    "backlash": lambda r, i, s: (f.PLAY_OUT_SOFT, (s.travel * _pick(i, 0.03, 0.08, 0.25), r.uniform(0.005, 0.015))),
+    "backlash": lambda r, i, s: (f.PLAY_OUT_SOFT, (s.travel * _pick(i, 0.03, 0.08, 0.25), r.uniform(0.002, 0.006))),
     "friction": lambda r, i, s: (
         f.LUGRE, (s.speed * _pick(i, 0.05, 0.15, 0.35), r.uniform(1.1, 1.5), 0.1 * s.speed, r.uniform(150.0, 300.0))),
     "delay": lambda r, i, s: (f.DELAY_FLOW, (_pick(i, 0.013, 0.035, 0.08), -0.15, s.voltage)),

@@ -56,6 +56,9 @@ def main(
     limit: Annotated[int | None, typer.Option(help="only so many cases")] = None,
     jobs: Annotated[int, typer.Option(help="cases at a time")] = 2,
     out: Annotated[Path | None, typer.Option("--page", help="the page to write, with a .json beside it")] = None,
+    keep: Annotated[
+        Path | None, typer.Option(help="judged cases, one JSON line each; those in it are not done again")
+    ] = None,
     failed: Annotated[Path | None, typer.Option(help="where to list what went wrong")] = None,
 ) -> None:
     """Discover every case, print the figures, write the page."""
@@ -72,15 +75,25 @@ def main(
             command += " --follow"
         truth: dict[str, Any] = json.loads((cases / "truth" / "truth.json").read_text())["cases"]
         chosen = [n for n, t in truth.items() if kind is None or t["kind"].startswith(kind)][:limit]
+        judged = (
+            [] if keep is None or not keep.exists() else [Judged.from_json(x) for x in keep.read_text().splitlines()]
+        )
+        done = {case.number for case in judged}
+        left = [n for n in chosen if n not in done]
         spec = ModelSpec.from_yaml(model.read_text(), str(model))
         work = joblib.Parallel(n_jobs=jobs, return_as="generator_unordered")(
-            joblib.delayed(examine)(n, cases / "runs" / n, truth[n], spec, validate, follow) for n in chosen
+            joblib.delayed(examine)(n, cases / "runs" / n, truth[n], spec, validate, follow) for n in left
         )
-        judged: list[Judged] = []
-        for case in track(work, "discovering", total=len(chosen)):
-            judged.append(case)
-            if failed is not None:
-                failed.write_text(f"{len(judged)} of {len(chosen)} cases\n{failures(judged)}\n")
+        try:
+            for case in track(work, "discovering", total=len(left)):
+                judged.append(case)
+                if keep is not None:
+                    with keep.open("a") as file:
+                        file.write(json.dumps(case.to_json()) + "\n")
+                if failed is not None:
+                    failed.write_text(f"{len(judged)} of {len(chosen)} cases\n{failures(judged)}\n")
+        except KeyboardInterrupt:
+            typer.echo(f"stopped after {len(judged)} of {len(chosen)} cases")
         judged.sort(key=lambda c: c.number)
     report = figures(judged)
     summary = "\n".join(

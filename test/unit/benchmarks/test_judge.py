@@ -1,3 +1,5 @@
+import json
+
 import pytest
 
 from benchmarks.discovery.confusion import page
@@ -54,6 +56,7 @@ def test_figures_and_page():
     assert by_name["false names on nulls"].met
     assert by_name["gap on an unseen waveform over the noise floor, median at 40 dB"].value == pytest.approx(2.05)
     assert by_name["next experiment separates"].met is None
+    assert [Judged.from_json(json.dumps(case.to_json())) for case in cases] == cases
     text = page(cases, figures(cases), "the command")
     assert "| friction/x | 2 | 1 | bias/p 1 |" in text
     assert "| (memory/x) | 1 | 1 | unexplained 1 |" in text
