@@ -44,7 +44,7 @@ def failures(cases: list[Judged]) -> str:
     return "\n".join(lines)
 
 
-def main(
+def main(  # noqa: PLR0917
     cases: Annotated[Path | None, typer.Option(help="a set made before; else one is made and thrown away")] = None,
     which: Annotated[Set, typer.Option("--set", help="the set to make")] = Set.STANDARD,
     seed: Annotated[int, typer.Option(help="seed of the set to make")] = 1,
