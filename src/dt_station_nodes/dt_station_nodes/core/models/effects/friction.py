@@ -21,7 +21,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         level += static_excess * math.exp(-ratio * ratio)
     level *= 1.0 + asymmetry if velocity > 0.0 else 1.0 - asymmetry
     if presliding > 0.0:
-        # Bristle z' = v - |v| z / presliding, force level z / presliding, both at the sub-step's end: v from a quadratic.
+        # Bristle z' = v - |v| z / presliding, force level z / presliding, both at the sub-step's end: a quadratic in v.
         h = c[SUBSTEP]
         z = s[0]
         pull = gain * level

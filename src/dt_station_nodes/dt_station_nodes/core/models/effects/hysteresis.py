@@ -81,6 +81,7 @@ EFFECT = Effect(
     ),
     step=_step,
     check="Run a slow triangle and compare the rising and the falling branch; try dither on the valve amplifier.",
-    source="Prandtl-Ishlinskii play operators; Visintin, Differential Models of Hysteresis (1994); Wen, J. Eng. Mech. 102 (1976)",
+    source="Prandtl-Ishlinskii play operators; Visintin, Differential Models of Hysteresis (1994); "
+    "Wen, J. Eng. Mech. 102 (1976)",
     state_size=12,
 )
