@@ -45,3 +45,9 @@ def test_autocorrelation_begins_with_the_variance():
     signal = white(3)
     assert autocorrelation(signal, 5)[0] == pytest.approx(signal.var())
     assert autocorrelation(np.zeros(20), 3).tolist() == [0.0] * 4
+
+
+def test_a_direction_without_information_gets_a_huge_variance():
+    column = white(4)
+    covariance = noise_colour(white(5), 2).covariance(np.column_stack([column, column]))
+    assert np.all(np.diag(covariance) > 1e6 * covariance.sum())

@@ -145,3 +145,12 @@ def test_the_disturbance_path_is_found_with_the_servo_valve_closed():
 def test_more_integrators_than_poles_are_refused(run):
     with pytest.raises(IdentificationError, match="integrators"):
         identify_direct(run, Channel.POSITION, poles=(1,), integrators=2)
+
+
+def test_a_disturbance_path_the_run_does_not_determine_stays_out_of_the_model(run):
+    noise = np.random.default_rng(3).normal(size=len(run))
+    unrelated = Run(run.sample_time_s, {**run.signals, "pressure_pa": 1e6 + 1e3 * noise}, source="made")
+    found = identify_direct(unrelated, Channel.POSITION, poles=(2,), zeros=(0,), rest_pressure_pa=1e6)
+    assert found.disturbance is None
+    assert "experiment disturbance" in found.notes[0]
+    assert model_of([found], "alone", "a test").paths[Channel.POSITION].disturbance is None

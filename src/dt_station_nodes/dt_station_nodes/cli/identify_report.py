@@ -125,7 +125,7 @@ def json_model(spec: ModelSpec) -> dict[str, Any]:
 def _validation(path: IdentifiedPath, check: Run, base: ModelSpec | None) -> dict[str, Any]:
     """Free-run fit on another run, of the identified path and of the given model's."""
     rest = None
-    if path.disturbance is not None:
+    if len(path.estimate.structure.paths) > 1:
         rest = float(np.quantile(check.signals[Channel.PRESSURE.signal], 0.01))
     data = direct_data(check, path.channel, rest)
     result: dict[str, Any] = {

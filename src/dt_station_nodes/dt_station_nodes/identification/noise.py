@@ -10,6 +10,8 @@ from scipy.special import chdtri
 from ..core.run import Array
 
 Z95 = 1.959963984540054
+SINGULAR = 1e-14
+"""Information along an axis, relative to the best known one, below which it is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +36,16 @@ class NoiseColour:
         scale[scale == 0.0] = 1.0
         unit = jacobian / scale
         coloured = lfilter([1.0], self.coefficients, unit[::-1], axis=0)
-        bread = np.linalg.pinv(unit.T @ unit, rcond=1e-14, hermitian=True)
-        meat = self.innovation_std**2 * (coloured.T @ coloured)
-        return np.asarray((bread @ meat @ bread) / np.outer(scale, scale))
+        sizes, axes = np.linalg.eigh(unit.T @ unit)
+        # a direction the data do not show at all gets a huge variance, not none
+        least = SINGULAR * float(sizes[-1])
+        floored = np.maximum(sizes, least)
+        shown = coloured @ axes
+        meat = self.innovation_std**2 * (shown.T @ shown)
+        lost = np.flatnonzero(sizes < least)
+        meat[lost, lost] = np.maximum(meat[lost, lost], self.innovation_std**2 * least)
+        bread = axes / floored
+        return np.asarray((bread @ meat @ bread.T) / np.outer(scale, scale))
 
 
 def autocorrelation(signal: Array, lags: int) -> Array:

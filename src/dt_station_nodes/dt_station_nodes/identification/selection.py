@@ -19,6 +19,8 @@ CLOSE = 0.05
 PARAMETERS_WORTH = 10.0
 """Held-out error above the best one's that a smaller model may have: a share, and what so many parameters would
 explain of noise."""
+LOOSEST_GAIN = 0.25
+"""Half width of a gain's interval, as a share of the gain, from which on it counts as not determined."""
 
 
 @dataclass(frozen=True)
@@ -147,11 +149,19 @@ def choose(candidates: Sequence[Candidate]) -> Selection:
     return Selection(tuple(candidates), candidate, why)
 
 
+def undetermined_pole(fitted: Estimate, path: int) -> bool:
+    """Whether the interval of some pole's size holds zero: the data do not need that pole."""
+    return any(not (np.isfinite(size.low) and size.low > 0.0) for size in fitted.pole_sizes(path))
+
+
 def _doubt(fitted: Estimate, path: int) -> str:
-    """Why a candidate is not to be chosen: a pole the data do not determine, or a fit that did not converge."""
-    for interval in fitted.pole_sizes(path):
-        if not np.isfinite(interval.low) or interval.low <= 0.0:
-            return "undetermined pole"
+    """Why a candidate is not to be chosen: a pole or gain the data do not determine, or no convergence."""
+    if undetermined_pole(fitted, path):
+        return "undetermined pole"
+    gain = fitted.gain(path)
+    # a slow pole beside an integrator (or a zero beside the origin) trades the gain for the run's drift
+    if not gain.high - gain.low < 2.0 * LOOSEST_GAIN * abs(gain.value):
+        return "undetermined gain"
     return "" if fitted.converged else "no convergence"
 
 

@@ -13,7 +13,7 @@ from .errors import IdentificationError
 from .estimate import Estimate, Interval
 from .excitation import check_excitation, check_not_limited, check_response, signal_of
 from .fitting import estimate
-from .selection import Candidate, Selection, choose, orders, scored, select
+from .selection import Candidate, Selection, choose, orders, scored, select, undetermined_pole
 from .structure import Data, Hold, PathStructure, Structure
 from .transfer import TransferFunction
 
@@ -110,6 +110,14 @@ def identify_direct(
         selection = with_delay(selection, data, advance)
     fitted = selection.chosen.estimate
     scale = output_scale(run, channel)
+    aside_path = fitted.paths[1] if rest_pressure_pa is not None else None
+    notes: tuple[str, ...] = ()
+    if aside_path is not None and undetermined_pole(fitted, 1):
+        aside_path = None
+        notes = (
+            "the run does not determine the disturbance path, so it is left out of the model; "
+            "run the experiment disturbance",
+        )
     bias = None
     if integrators:
         bias = fitted.bias(0)
@@ -120,10 +128,11 @@ def identify_direct(
         data,
         fitted.paths[0],
         fitted.gain(0),
-        fitted.paths[1] if rest_pressure_pa is not None else None,
+        aside_path,
         scale,
         0.0 if integrators else fitted.offset.value * scale,
         bias if bias is not None and not bias.holds(0.0) else None,
+        notes,
     )
 
 
