@@ -163,6 +163,13 @@ def test_files_are_split_and_read_as_one(tmp_path: Path) -> None:
     assert times == sorted(times)
 
 
+def test_files_are_split_by_time(tmp_path: Path) -> None:
+    # the writer's clock in these bags is the number of the message
+    path = bags.write_bag(tmp_path / "split", 500, WriterOptions(sync=False, split_seconds=400.0))
+    assert len(list(path.glob("*.mcap"))) == 5
+    assert len(load_run(path)) == 500
+
+
 def test_split_files_keep_their_order_beyond_ten(tmp_path: Path) -> None:
     options = WriterOptions(sync=False, split_bytes=2500, chunk_bytes=500)
     path = bags.write_bag(tmp_path / "split", 500, options)

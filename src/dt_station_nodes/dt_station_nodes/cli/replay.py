@@ -25,7 +25,7 @@ def replay(
     loop: Annotated[bool, typer.Option("--loop", help="Begin anew at the end.")] = False,
     paused: Annotated[bool, typer.Option("--paused", help="Start standing still.")] = False,
     clock: Annotated[bool, typer.Option(help="Publish /clock.")] = True,
-    readers: Annotated[int, typer.Option(min=0, help="Readers of each input topic to wait for.")] = 1,
+    readers: Annotated[int, typer.Option(min=0, help="Readers of the samples to wait for.")] = 1,
     wait: Annotated[float, typer.Option(min=0.0, help="How long to wait for them, s.")] = 30.0,
     json: JsonOption = False,
 ) -> None:

@@ -24,7 +24,7 @@ TABLE = (
     Parameter("clock", True, "publish /clock", fixed=True),
     Parameter("followers", [], "lockstep: those whose answers are waited for: twin, shadow", fixed=True),
     Parameter("follow_timeout_s", 2.0, "lockstep: how long an answer is waited for", "s", 1e-3, 600.0, fixed=True),
-    Parameter("least_readers", 1, "readers of every input to wait for", "readers", 0, 100, fixed=True),
+    Parameter("least_readers", 1, "readers of the samples to wait for", "readers", 0, 100, fixed=True),
     Parameter("exit_at_end", True, "end the process after the last message", fixed=True),
 )
 

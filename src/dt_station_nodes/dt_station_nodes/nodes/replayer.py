@@ -27,6 +27,8 @@ from .stamps import to_stamp
 NAME = "replayer"
 # what was published last must reach its readers before the process ends, and what is first find all of them
 _SETTLE_S = 0.3
+# a reader of the samples may be a moment from reading the other inputs too, but need not read all of them
+_GRACE_S = 2.0
 
 
 class Replayer:
@@ -57,9 +59,8 @@ class Replayer:
             node.create_subscription(message_class(msgtype), topic, partial(self._heard, name), STREAM, raw=True)
         node.create_service(Trigger, "~/step", self._step)
         self._diagnostics = Diagnostics(node, self._health)
-        wanted = {
-            names[t]: values["least_readers"] for t in topics if t.endswith(INPUTS) and not t.endswith("waveform")
-        }
+        first = [topic for topic in topics if topic.endswith(STATE)] or topics
+        wanted = {names[topic]: values["least_readers"] for topic in first}
         wanted |= ready.parse_readers(values["wait_for_readers"])
         self._gate = ready.ReadyGate(node, wanted, self._by_name(), values["wait_timeout_s"], self._settle)
 
@@ -90,7 +91,8 @@ class Replayer:
         return {**full, **{name.removeprefix(space): publisher for name, publisher in full.items()}}
 
     def _settle(self) -> None:
-        self._given_up = time.monotonic() + self._values["wait_timeout_s"]
+        now = time.monotonic()
+        self._given_up, self._graced = now + self._values["wait_timeout_s"], now + _GRACE_S
         self._timer = self._later(self._start)
 
     def _start(self) -> None:
@@ -99,6 +101,10 @@ class Replayer:
             return
         if deaf:
             self._node.get_logger().warning(f"going on without {', '.join(deaf)}")
+        if self._values["least_readers"] and time.monotonic() < self._graced:
+            inputs = [publisher for topic, publisher in self._publishers.items() if topic.endswith(INPUTS)]
+            if not all(publisher.get_subscription_count() for publisher in inputs):
+                return
         self._timer.cancel()
         self._player.start(time.perf_counter_ns())
         if self._player.ended:
