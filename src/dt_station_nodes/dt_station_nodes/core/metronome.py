@@ -121,7 +121,10 @@ class Metronome:
         if command.sequence > state.sequence or (held is not None and command.sequence <= held.sequence):
             return state
         silent = state.silent if command.sequence != state.sequence else {**state.silent, channel: 0}
-        return replace(state, command={**state.command, channel: command}, silent=silent)
+        commands = {**state.command, channel: command}
+        return MetronomeState(
+            state.sequence, state.answered, state.due_ns, state.origin_ns, commands, silent, state.followed
+        )
 
     def follow(self, state: MetronomeState, sequence: int) -> MetronomeState:
         """A follower has dealt with sample `sequence`."""
@@ -137,16 +140,20 @@ class Metronome:
         """Whether the last sample can be answered: every expected command is in, or no longer waited for."""
         if self.pace is Pace.REALTIME:
             return not self.missing(state)
-        return all(state.silent.get(channel, 0) >= self.patience for channel in self.missing(state))
+        missing = self.missing(state)
+        return not missing or all(state.silent.get(channel, 0) >= self.patience for channel in missing)
 
     def answer(self, state: MetronomeState) -> tuple[MetronomeState, Answer]:
         """Answer the last sample with what is in; what is not is held and counted as missed."""
         missed = self.missing(state)
-        silent = dict(state.silent)
+        silent = state.silent
         for channel in missed:
-            silent[channel] = silent.get(channel, 0) + 1
+            silent = {**silent, channel: silent.get(channel, 0) + 1}
         voltage = {channel: command.voltage_v for channel, command in state.command.items()}
-        return replace(state, answered=True, silent=silent), Answer(voltage, missed)
+        after = MetronomeState(
+            state.sequence, True, state.due_ns, state.origin_ns, state.command, silent, state.followed
+        )
+        return after, Answer(voltage, missed)
 
     def begin(self, state: MetronomeState, now_ns: int) -> MetronomeState:
         """Sample 0 was answered: in real time the clock runs from now on, since only now all are known to listen."""

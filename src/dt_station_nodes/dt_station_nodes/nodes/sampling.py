@@ -36,6 +36,8 @@ class Sampling:
         self._stamp_ns = 0
         self._applied, self._flags = (0.0, 0.0), SampleFlag.OK
         self._pending: Mapping[Channel, float] = {}
+        # in lockstep with nobody to wait for, the next sample is due at once
+        self._eager = False
         self.running = self.ended = False
         self.statistics = BridgeStatistics(metronome.pace, metronome.offset_ns(1) * 1e-9)
 
@@ -53,10 +55,10 @@ class Sampling:
         self._backend.close()
 
     def deadline_ns(self) -> int | None:
-        """When the next sample is due or a silent controller is given up; None while not running."""
+        """When the next sample is due or a silent controller is given up (0: at once); None while not running."""
         if not self.running:
             return None
-        return 0 if self._metronome.due(self._state, self._clock()) else self._state.due_ns
+        return 0 if self._eager else self._state.due_ns
 
     def tick(self) -> None:
         """Take the next sample if it is due, whatever has come in."""
@@ -107,6 +109,7 @@ class Sampling:
             self._write(self._pending)
         if self._metronome.complete(self._state):
             self._answer()
+        self._eager = self._metronome.due(self._state, now)
 
     def _answer(self) -> None:
         self._state, answer = self._metronome.answer(self._state)
