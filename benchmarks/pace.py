@@ -29,8 +29,10 @@ HERE = Path(__file__).resolve().parent
 PRIORITY = "DT_STATION_PRIORITY"
 
 
-def plain(rate: float, seconds: float) -> dict:
+def plain(rate: float, seconds: float, priority: bool) -> dict:
+    """The plain graph, with the same real-time priority in all its processes or none."""
     command = [sys.executable, str(HERE / "pace_plain.py"), "--rate", str(rate), "--seconds", str(seconds)]
+    command += ["--priority"] if priority else []
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 
@@ -86,7 +88,8 @@ def main() -> None:
         try:
             for rate in given.rates:
                 scenario = base.changed(sample_time_s=1.0 / rate, duration_s=given.seconds, pace="realtime")
-                add("plain rclpy, processes", rate, plain(rate, given.seconds))
+                add("plain rclpy, processes", rate, plain(rate, given.seconds, False))
+                add("plain rclpy, processes, priority", rate, plain(rate, given.seconds, True))
                 for what, place in (("station, processes", nursery), ("station, composed", None)):
                     for priority in (False, True):
                         label = what + (", priority" if priority else "")
@@ -100,11 +103,11 @@ def main() -> None:
                 add("station, processes, priority, long", 50.0, ours(base.changed(duration_s=given.long), nursery))
         finally:
             nursery.close()
-    reference = {row["rate_hz"]: row for row in rows if row["what"].startswith("plain")}
+    reference = {(row["rate_hz"], "priority" in row["what"]): row for row in rows if row["what"].startswith("plain")}
     for row in rows:
         row["missed_percent"] = 100.0 * row["missed"] / max(1, row["samples"])
-        beside = reference.get(row["rate_hz"])
-        if beside is not None and row["what"].startswith("station"):
+        beside = reference.get((row["rate_hz"], "priority" in row["what"]))
+        if beside is not None and row["what"].startswith("station") and beside["p99_s"]:
             row["p99_ratio"] = row["p99_s"] / beside["p99_s"]
     if given.json:
         print(json.dumps({"rows": rows}, indent=2))
@@ -115,7 +118,7 @@ def main() -> None:
             row["what"],
             f"{row['rate_hz']:g}",
             f"{row['missed_percent']:.3f}",
-            *(f"{1e3 * row[key]:.2f}" for key in ("p50_s", "p99_s", "max_s")),
+            *("-" if row[key] is None else f"{1e3 * row[key]:.2f}" for key in ("p50_s", "p99_s", "max_s")),
             f"{row['p99_ratio']:.2f}" if "p99_ratio" in row else "",
             f"{row['factor']:.1f}" if "factor" in row else "",
             f"{row['load']:.1f}",
