@@ -101,7 +101,7 @@ def test_twin_and_shadow_follow_a_replay_in_lockstep(tmp_path: Path, start: Star
     out = tmp_path / "followed"
     recorder = start("recorder", f"out:={out}", "sync:=false")
     others = [start("twin_simulator", "model:=paper"), start("shadow_compare")]
-    replayer = start("replayer", f"bag:={original}", "rate:=0.0", "followers:=[twin, shadow]", "least_readers:=1")
+    replayer = start("replayer", f"bag:={original}", "rate:=0.0", "followers:=[twin, shadow]", "least_readers:=3")
     assert replayer.wait(WAIT_S) == 0
     for process in (*others, recorder):
         process.send_signal(signal.SIGINT)
@@ -150,7 +150,7 @@ def test_a_full_disk_is_reported_and_the_run_goes_on(tmp_path: Path, start: Star
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     watcher = start("recorder", f"out:={tmp_path / 'watcher'}", "sync:=false", name="watcher")
-    replayer = start("replayer", f"bag:={original}", "rate:=15.0", "least_readers:=2")
+    replayer = start("replayer", f"bag:={original}", "rate:=10.0", "least_readers:=2")
     assert replayer.wait(WAIT_S) == 0
     for process in (recorder, watcher):
         process.send_signal(signal.SIGINT)

@@ -11,8 +11,9 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
-_POLL_S = 0.2
+_POLL_S = 0.1
 _PATIENCE_S = 1.0
+_QUIET_S = 0.3
 
 
 @dataclass
@@ -33,7 +34,13 @@ class ParameterSnapshot:
     def __init__(self, node: Node, keep: Callable[[str, Mapping[str, Any]], None]) -> None:
         self._node, self._keep = node, keep
         self._inquiries: dict[str, _Inquiry] = {}
+        self._newest = time.monotonic()
         self._timer = node.create_timer(_POLL_S, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def settled(self) -> bool:
+        """Whether all nodes seen have answered, and no new one has appeared for a moment."""
+        quiet = time.monotonic() - self._newest > _QUIET_S
+        return quiet and len(self._inquiries) > 1 and all(each.done for each in self._inquiries.values())
 
     def _look(self) -> None:
         try:
@@ -47,6 +54,7 @@ class ParameterSnapshot:
         here = self._node.get_namespace()
         names = {name for name, space in self._node.get_node_names_and_namespaces() if space == here}
         for name in sorted(names - set(self._inquiries)):
+            self._newest = time.monotonic()
             path = f"{here.rstrip('/')}/{name}"
             self._inquiries[name] = _Inquiry(
                 self._node.create_client(ListParameters, f"{path}/list_parameters"),

@@ -90,7 +90,7 @@ def writer_qos(text: str) -> QoSProfile:
     latched = "durability: transient_local" in text or "durability: 1" in text
     durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
     return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST, depth=200, reliability=ReliabilityPolicy.RELIABLE, durability=durability
+        history=HistoryPolicy.KEEP_LAST, depth=2000, reliability=ReliabilityPolicy.RELIABLE, durability=durability
     )
 
 

@@ -54,6 +54,7 @@ TABLE = (
     Parameter("exit_at_end", False, "end the process once the run has ended and all is quiet", fixed=True),
 )
 _QUIET_S = 0.5
+_SNAPSHOT_S = 2.0
 # a busy machine may keep this process waiting for seconds while the graph runs ten times as fast as the object
 DEPTH = 5000
 
@@ -88,14 +89,16 @@ class Recorder:
         self._attached: set[str] = set()
         self._pending: list[str] = []
         for name in chosen:
-            if name in TOPICS:
+            if name in TOPICS and name != STATE:
                 self._subscribe(name, *TOPICS[name])
-            else:
+            elif name not in TOPICS:
                 self._pending.append(name)
+        # the bridge waits for its readers: so a run begins when its nodes' parameters are in the bag
+        self._state_due = time.monotonic() + _SNAPSHOT_S if STATE in chosen else None
         self._parameters = ParameterSnapshot(node, self._attach_parameters)
         self._writer.start()
         self._diagnostics = Diagnostics(node, self._health)
-        self._timer = node.create_timer(0.2, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = node.create_timer(0.1, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def close(self) -> None:
         """Write what is queued and finish the bag."""
@@ -109,10 +112,8 @@ class Recorder:
     def _subscribe(self, name: str, msgtype: str, qos: QoSProfile) -> None:
         slot = TopicSlot(self._node.resolve_topic_name(name), msgtype)
         self._slots.append(slot)
-        callback = self._take_state if name == STATE else self._take
-        self._node.create_subscription(
-            message_class(msgtype), name, partial(callback, slot), deepened(qos, DEPTH), raw=True
-        )
+        callback = partial(self._take_state if name == STATE else self._take, slot)
+        self._node.create_subscription(message_class(msgtype), name, callback, deepened(qos, DEPTH), raw=True)
 
     def _take(self, slot: TopicSlot, data: bytes) -> None:
         now = self._now()
@@ -128,7 +129,10 @@ class Recorder:
             self._ended = True
 
     def _look(self) -> None:
-        """Topics named but not known: wait until somebody says their type. And the end of the run."""
+        """Topics named but not known: wait until somebody says their type. And the run's beginning and end."""
+        if self._state_due is not None and (self._parameters.settled() or time.monotonic() > self._state_due):
+            self._state_due = None
+            self._subscribe(STATE, *TOPICS[STATE])
         if self._pending:
             known = dict(self._node.get_topic_names_and_types())
             for name in list(self._pending):

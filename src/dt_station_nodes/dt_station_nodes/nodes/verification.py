@@ -26,6 +26,8 @@ from .loop_parameters import loop_from_values
 from .recorded_configuration import announced_models, recorded_loop, recorded_model, unpacked
 
 CONTROLLERS = {Channel.PRESSURE: "pressure_controller", Channel.POSITION: "position_controller"}
+TELLING = {"twin_simulator": {"feed", "model_yaml"}, "shadow_compare": {"window_s", "summary_every"}}
+_NONE = {"no node has this"}
 _SPREAD = 60
 
 
@@ -106,7 +108,13 @@ class Verifier:
         return found
 
     def _known(self, node: str, topic: str) -> NodeHistory | None:
+        """The history of the node of that name, else of one that writes the topic or has such a node's parameters."""
         history = self._histories.get(node)
+        for each in self._histories.values() if history is None else ():
+            readers = each.initial.get("wait_for_readers") or []
+            writes = any(str(entry).startswith(f"{topic}:") for entry in readers)
+            if writes or TELLING.get(node, _NONE) <= set(each.initial):
+                history = each
         if history is None:
             self.skipped[topic] = f"the bag does not hold the parameters of {node}"
         return history
