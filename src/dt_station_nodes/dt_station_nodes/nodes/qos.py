@@ -9,8 +9,9 @@ def _reliable(depth: int, durability: DurabilityPolicy = DurabilityPolicy.VOLATI
     )
 
 
-# Samples, commands, residuals: none may be lost; the depth is a reader's longest pause in samples.
-STREAM = _reliable(200)
+# Samples, commands, residuals: none may be lost; the depth is a reader's longest pause in samples: over a second at
+# the pace of lockstep, which a recorder on a busy machine does pause.
+STREAM = _reliable(5000)
 
 # Writers of set-points keep the last few for readers that ask for history; our readers do not ask, so that
 # publishers without history match them too.
