@@ -36,12 +36,14 @@ def message_class(msgtype: str) -> Any:
 class TopicSlot:
     """A recorded topic. It enters the bag with its first message, when its writers' quality of service is known."""
 
-    __slots__ = ("_definition", "msgtype", "name", "number", "numbered", "sequence")
+    __slots__ = ("_definition", "_hash", "msgtype", "name", "number", "numbered", "sequence")
 
     def __init__(self, name: str, msgtype: str) -> None:
         self.name, self.msgtype = name, msgtype
         self.number: int | None = None
+        # all that takes time is done now: a pause at the first message would cost those behind it
         self._definition = installed_definition(msgtype)
+        self._hash = type_hash(msgtype, self._definition)
         kind = kind_of(msgtype, self._definition)
         self.numbered = kind.numbered
         self.sequence: Callable[[bytes], int] = number_reader(kind)
@@ -51,8 +53,7 @@ class TopicSlot:
         if self.number is not None:
             return
         qos = dump_qos(offered(node, self.name))
-        known = type_hash(self.msgtype, self._definition)
-        info = TopicInfo(self.name, self.msgtype, 0, qos, known)
+        info = TopicInfo(self.name, self.msgtype, 0, qos, self._hash)
         self.number = writer.topic(RecordedTopic(info, self._definition))
 
 
