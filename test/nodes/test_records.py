@@ -100,8 +100,12 @@ def test_chosen_topics_are_played_under_other_names(tmp_path: Path, start: Start
 def test_twin_and_shadow_follow_a_replay_in_lockstep(tmp_path: Path, start: Start, original: Path) -> None:
     out = tmp_path / "followed"
     recorder = start("recorder", f"out:={out}", "sync:=false")
-    others = [start("twin_simulator", "model:=paper"), start("shadow_compare")]
-    replayer = start("replayer", f"bag:={original}", "rate:=0.0", "followers:=[twin, shadow]", "least_readers:=3")
+    # each takes part once those who need its output are there, as under a supervisor
+    others = [
+        start("twin_simulator", "model:=paper", 'wait_for_readers:=["twin/state:3"]'),
+        start("shadow_compare", 'wait_for_readers:=["shadow/residual:2"]'),
+    ]
+    replayer = start("replayer", f"bag:={original}", "rate:=5.0", "followers:=[twin, shadow]", "least_readers:=3")
     assert replayer.wait(WAIT_S) == 0
     for process in (*others, recorder):
         process.send_signal(signal.SIGINT)
