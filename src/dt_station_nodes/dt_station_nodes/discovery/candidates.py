@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Quantity, registry
-from .problem import Hypothesis, Problem, Term, effect_term, unit_of
+from .problem import Problem, effect_term, unit_of
+from .terms import Hypothesis, Term
 
 Array = NDArray[np.float64]
 Freed = Mapping[str, tuple[str, ...]]

@@ -8,11 +8,13 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from ..core.models.effects import registry
+from .candidates import in_vocabulary
 from .noise import effective_samples, whiteness
-from .problem import Problem, nominal_terms, refits_all
+from .problem import Problem
 from .result import Verdict
-from .selection import NEGLIGIBLE, Bench, Explanation, Progress, fit_null, in_vocabulary, penalised, scan
+from .selection import NEGLIGIBLE, Bench, Explanation, Progress, fit_null, penalised, scan
 from .settings import DiscoverySettings
+from .terms import nominal_terms, refits_all
 
 Array = NDArray[np.float64]
 

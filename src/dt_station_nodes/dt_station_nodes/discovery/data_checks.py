@@ -109,7 +109,7 @@ def check_run(run: Run) -> tuple[ChannelCheck, ...]:
             f"{run.source or 'the run'} has {len(run)} samples; discovery needs at least {MIN_SAMPLES}"
         )
     for name, values in run.signals.items():
-        if name.endswith("setpoint_pa") or name.endswith("setpoint_m"):
+        if name.endswith(("setpoint_pa", "setpoint_m")):
             continue
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):

@@ -10,6 +10,7 @@ from ..core.errors import StationError
 from ..core.models import ModelSpec
 from ..core.models.effects import registry
 from ..core.run import Run
+from .candidates import in_vocabulary
 from .channel import Finding, examine
 from .data_checks import check_run
 from .next_experiment import propose
@@ -25,7 +26,7 @@ from .result import (
     RunFacts,
     Verdict,
 )
-from .selection import in_vocabulary
+from .selection import Explanation
 from .settings import DiscoverySettings
 from .verdict import confidence, overall, sentence, why
 from .where import locate
@@ -75,8 +76,12 @@ def discover(
         if check.channel in frozen and finding.verdict is not Verdict.UNEXPLAINED:
             finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")
         findings.append(finding)
-        if finding.verdict is not Verdict.NOTHING_MISSING:
-            model = patched(model, check.channel, finding.best.fit.path)
+        found = finding.best.fit.path
+        if finding.verdict is Verdict.NOTHING_MISSING:
+            # Only effects of the given model that the data contradict are dropped.
+            found = spec.paths[check.channel].model_copy(update={"effects": found.effects})
+        if finding.verdict is not Verdict.NOTHING_MISSING or found.effects != spec.paths[check.channel].effects:
+            model = patched(model, check.channel, found)
         if finding.interrupted:
             break
     return _result(run, spec, model, validation, chosen, notes, findings)
@@ -182,7 +187,7 @@ def _validation(
     return [make_problem(validation, spec, channel, settings) for channel in usable]
 
 
-def _same_size(finding: Finding) -> list:
+def _same_size(finding: Finding) -> list[Explanation]:
     names = {name for group in finding.alternatives for name in group}
     return [
         e
@@ -191,7 +196,7 @@ def _same_size(finding: Finding) -> list:
     ][:2]
 
 
-def _runners_up(finding: Finding) -> list:
+def _runners_up(finding: Finding) -> list[Explanation]:
     return [e for e in finding.ranking if e.inside and e.added and e is not finding.best][:1]
 
 

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .fit import Fitted, least_squares
-from .problem import Hypothesis, Problem
+from .problem import Problem
+from .terms import Hypothesis
 
 Array = NDArray[np.float64]
 

@@ -3,6 +3,7 @@
 import io
 from collections.abc import Sequence
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -19,10 +20,8 @@ _GREY, _RED, _GREEN, _BLUE = "#444444", "#c23b22", "#1b8a3f", "#2b5f9e"
 
 def svg(figure: Figure) -> str:
     """The figure as inline SVG without the file header; the same figure gives the same text."""
-    import matplotlib
-
     buffer = io.StringIO()
-    with matplotlib.rc_context({"svg.hashsalt": "dt_station", "svg.fonttype": "none", "path.simplify": True}):
+    with mpl.rc_context({"svg.hashsalt": "dt_station", "svg.fonttype": "none", "path.simplify": True}):
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None}, bbox_inches="tight")
     text = buffer.getvalue()
     return text[text.index("<svg") :]

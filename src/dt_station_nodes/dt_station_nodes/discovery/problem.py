@@ -1,51 +1,21 @@
-"""One channel of one run as a fitting problem: which parameters, which residual."""
+"""One channel of one run as a fitting problem: its residual, and its scale of every quantity."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.channels import Channel
-from ..core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec
+from ..core.models import ModelSpec, PathSimulator, PathSpec
 from ..core.models.effects import Attachment, Parameter, Quantity
 from ..core.run import Run
 from .noise import difference_noise
 from .settings import DiscoverySettings
+from .terms import Term
 from .windows import Windows, make_windows
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Term:
-    """One free number: of an effect (effect index and parameter name), or nominal (index -1).
-
-    It is searched as `start + unit_step * x` or, if `logarithmic`, as exp(x).
-    """
-
-    effect: int
-    name: str
-    lower: float
-    upper: float
-    scale: float
-    logarithmic: bool = False
-    prior: float = 0.0  # half-width of the nominal parameter's prior in x, 0 for none
-    centre: float = 0.0  # where that prior sits, in x
-
-    def to_x(self, value: float) -> float:
-        """Searched variable of a value."""
-        return float(np.log(max(value, 1e-300))) if self.logarithmic else value / self.scale
-
-    def to_value(self, x: float) -> float:
-        """Value of the searched variable."""
-        return float(np.exp(x)) if self.logarithmic else x * self.scale
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """Bounds of the searched variable."""
-        low, high = self.to_x(self.lower), self.to_x(self.upper)
-        return (low, high) if low <= high else (high, low)
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,104 +134,6 @@ def make_problem(
         float(np.std(compared)),
         _scales(run, channel, path, load),
     )
-
-
-@dataclass(frozen=True, slots=True)
-class Hypothesis:
-    """A path with effects and the terms of it that are free."""
-
-    path: PathSpec
-    terms: tuple[Term, ...]
-
-    def path_at(self, x: Array) -> PathSpec:
-        """The path with the free numbers set from the searched variables (p,)."""
-        nominal: dict[str, float] = {}
-        away: dict[str, float] = {}
-        coefficients: dict[str, list[float]] = {}
-        effects = [dict(effect.parameters) for effect in self.path.effects]
-        for term, value in zip(self.terms, x, strict=True):
-            number = term.to_value(float(value))
-            if term.effect >= 0:
-                effects[term.effect][term.name] = number
-            elif term.name == "disturbance_gain":
-                away["gain"] = number
-            elif term.name.startswith(("numerator_", "denominator_")):
-                side, place = term.name.split("_")
-                coefficients.setdefault(side, list(getattr(self.path, side)))[int(place)] = number
-            else:
-                nominal[term.name] = number
-        changes: dict[str, object] = {**nominal, **{side: tuple(values) for side, values in coefficients.items()}}
-        changes["effects"] = tuple(
-            EffectSpec.model_construct(name=old.name, at=old.at, parameters=new)
-            for old, new in zip(self.path.effects, effects, strict=True)
-        )
-        if away and self.path.disturbance is not None:
-            changes["disturbance"] = self.path.disturbance.model_copy(update=away)
-        return self.path.model_copy(update=changes)
-
-    def start(self) -> Array:
-        """Searched variables (p,) of the path as it stands."""
-        values = []
-        for term in self.terms:
-            if term.effect >= 0:
-                value = self.path.effects[term.effect].parameters[term.name]
-            elif term.name.startswith(("numerator_", "denominator_")):
-                side, place = term.name.split("_")
-                value = getattr(self.path, side)[int(place)]
-            elif term.name == "disturbance_gain":
-                value = self.path.disturbance.gain if self.path.disturbance else 1.0
-            else:
-                value = getattr(self.path, term.name)
-            values.append(term.to_x(value))
-        return np.array(values)
-
-
-FEW_POLES = 3
-
-
-def refits_all(path: PathSpec) -> bool:
-    """Whether all coefficients of a path are refitted: few, static in the end, so that nothing else can hide in them.
-
-    A linear model of nonlinear data is off in all of them; gain and time scale alone would not undo that.
-    """
-    return path.denominator[-1] != 0.0 and 2 <= len(path.denominator) - 1 <= FEW_POLES
-
-
-def _coefficient_terms(path: PathSpec, swing: float) -> tuple[Term, ...]:
-    """Every coefficient but the denominator's first, and the rest value."""
-    terms = []
-    for side in ("numerator", "denominator"):
-        values = getattr(path, side)
-        for place in range(1 if side == "denominator" else 0, len(values)):
-            size = abs(values[place]) or 1e-3 * max(abs(v) for v in values)
-            reach = 20.0 * size
-            low = 0.02 * values[place] if side == "denominator" and values[place] > 0.0 else values[place] - reach
-            terms.append(
-                Term(-1, f"{side}_{place}", low, values[place] + reach, size, False, 2.0, values[place] / size)
-            )
-    rest = Term(-1, "rest", path.rest - 5.0 * swing, path.rest + 5.0 * swing, swing, False, 1.0, path.rest / swing)
-    return (*terms, rest)
-
-
-def nominal_terms(path: PathSpec, swing: float = 1.0) -> tuple[Term, ...]:
-    """Gain and time scale, and the disturbance path's gain where there is one; priors say how far off they tend to be.
-
-    Small paths of foreign data: all coefficients and the rest value (`swing`: the output's standard deviation).
-    """
-    if refits_all(path):
-        return _coefficient_terms(path, swing)
-    terms = [
-        Term(-1, "gain", path.gain * 0.05, path.gain * 20.0, 1.0, True, 0.025),
-        Term(-1, "time_scale", path.time_scale * 0.05, path.time_scale * 20.0, 1.0, True, 0.045),
-    ]
-    if path.gain <= 0.0:
-        terms[0] = Term(-1, "gain", path.gain * 20.0, path.gain * 0.05, abs(path.gain) or 1.0, False, 0.025)
-    if path.disturbance is not None:
-        gain = path.disturbance.gain
-        size = abs(gain) or 1.0
-        terms.append(Term(-1, "disturbance_gain", gain - 5.0 * size, gain + 5.0 * size, size, False, 0.1))
-    values = [path.gain, path.time_scale, path.disturbance.gain if path.disturbance else 1.0]
-    return tuple(replace(term, centre=term.to_x(value)) for term, value in zip(terms, values, strict=False))
 
 
 def unit_of(problem: Problem, parameter: Parameter, at: Attachment | None) -> float:

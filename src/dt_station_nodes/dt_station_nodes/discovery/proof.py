@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from ..core.channels import Channel
 from ..core.models import ModelSpec, PathSpec
+from ..core.models.effects import registry
 from .channel import Finding
 from .problem import Problem
 from .result import Estimate, GapFigures, Trace
@@ -34,12 +35,12 @@ def trace(problem: Problem, before: PathSpec, after: PathSpec) -> Trace:
     for path in (before, after):
         simulated = problem.simulator.simulate(path)
         gap = np.nan_to_num(problem.measured - simulated)
-        curves.append(simulated + gap - problem.windows.project(gap))
+        curves.append(np.asarray(simulated + gap - problem.windows.project(gap), dtype=np.float64))
     n = len(problem.measured)
     return Trace(
         problem.channel,
         problem.channel.unit,
-        np.arange(n) * problem.simulator.sample_time_s,
+        np.arange(n, dtype=np.float64) * problem.simulator.sample_time_s,
         problem.simulator.voltage_v,
         problem.measured,
         curves[0],
@@ -88,8 +89,6 @@ def estimates(finding: Finding, samples: float) -> tuple[dict[str, Estimate], di
             continue
         spec = fit.path.effects[term.effect]
         if spec.name in effects:
-            from ..core.models.effects import registry
-
             unit = registry()[spec.name].parameter(term.name).unit(finding.problem.channel, spec.at)
             effects[spec.name][term.name] = Estimate(term.to_value(x), ends[0], ends[1], unit)
     return nominal, effects

@@ -11,7 +11,8 @@ from ..core.models import PathSpec
 from .candidates import Candidate, Freed, hypothesis, in_vocabulary, library, plain_starts, refined_starts
 from .hypothesis_fit import Fit, fit_hypothesis
 from .noise import effective_samples, noise_floor
-from .problem import Hypothesis, Problem, Term
+from .problem import Problem
+from .terms import Hypothesis, Term
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]

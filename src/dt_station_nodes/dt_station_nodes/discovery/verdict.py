@@ -50,7 +50,8 @@ def sentence(verdict: Verdict, effects: Sequence[NamedEffect], findings: Sequenc
         for channel in dict.fromkeys(effect.channel for effect in effects):
             before, after, floor = gap.before[channel].rms, gap.after[channel].rms, gap.noise_floor[channel].rms
             falls.append(f"{before:.3g} to {after:.3g} {channel.unit} (noise floor {floor:.3g})")
-        text = f"The model lacks {' and '.join(_spoken(e) for e in effects)}; with it the RMS gap falls from {'; '.join(falls)}."
+        lacks = " and ".join(_spoken(e) for e in effects)
+        text = f"The model lacks {lacks}; with it the RMS gap falls from {'; '.join(falls)}."
         if left:
             text += f" The gap of the {left[0].problem.channel.value} path stays unexplained."
         return text
@@ -60,7 +61,7 @@ def sentence(verdict: Verdict, effects: Sequence[NamedEffect], findings: Sequenc
     if verdict is Verdict.NOTHING_MISSING:
         return "Nothing is missing: the model agrees with the measurement down to the noise."
     finding = left[0]
-    channel = finding.problem.channel.value
+    start = f"The gap of the {finding.problem.channel.value} path has structure that no named effect explains; "
     if finding.rival:
-        return f"The gap of the {channel} path has structure that no named effect explains; it behaves like {finding.rival.replace('_', ' ')}."
-    return f"The gap of the {channel} path has structure that no named effect explains; the nearest leaves {100 * finding.excess:.0f} % of it."
+        return f"{start}it behaves like {finding.rival.replace('_', ' ')}."
+    return f"{start}the nearest leaves {100 * finding.excess:.0f} % of it."

@@ -8,16 +8,17 @@ from .effect import Attachment, Effect, Parameter, Quantity
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    half_width, centre, rounding = p[0], p[1], p[2]
+    half_width, centre, rounding, restored = p[0], p[1], p[2], p[3]
     x = value - centre
     if rounding > 1e-9 * (abs(half_width) + 1e-12):
         a = (x - half_width) / rounding
         b = (-x - half_width) / rounding
         above = a if a > 30.0 else math.log1p(math.exp(a))
         below = b if b > 30.0 else math.log1p(math.exp(b))
-        return centre + rounding * (above - below)
+        jump = 1.0 / (1.0 + math.exp(min(-a, 30.0))) - 1.0 / (1.0 + math.exp(min(-b, 30.0)))
+        return centre + rounding * (above - below) + restored * half_width * jump
     excess = abs(x) - half_width
-    return centre + (math.copysign(excess, x) if excess > 0.0 else 0.0)
+    return centre + (math.copysign(excess + restored * half_width, x) if excess > 0.0 else 0.0)
 
 
 EFFECT = Effect(
@@ -29,6 +30,15 @@ EFFECT = Effect(
         Parameter("centre_v", Quantity.INPUT, "voltage in its middle", -1.0, 1.0, (0.0,), optional=True),
         Parameter(
             "rounding_v", Quantity.INPUT, "voltage over which its corners are rounded", 0.0, 0.5, (0.05,), optional=True
+        ),
+        Parameter(
+            "restored",
+            Quantity.RATIO,
+            "share of the band that comes back at once beyond it, 1: the valve jumps open",
+            0.0,
+            1.0,
+            (0.0, 1.0),
+            optional=True,
         ),
     ),
     step=_step,
