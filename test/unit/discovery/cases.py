@@ -16,9 +16,9 @@ from dt_station_nodes.core.run import Run
 STEP_S = 1e-3
 SAMPLE_S = 0.02
 NAMES = (
-    "none dead_zone saturation hysteresis backlash friction delay rate_limit leakage load_dependent_gain asymmetric_gain "
-    "bias extra_lag resonance gain_drift periodic_disturbance cubic_stiffness overflow memory cross_coupling "
-    "stroke_dependent_gain trapped_air frozen_sensor output_backlash"
+    "none dead_zone saturation hysteresis backlash friction delay rate_limit leakage load_dependent_gain "
+    "asymmetric_gain bias extra_lag resonance gain_drift periodic_disturbance cubic_stiffness overflow "
+    "memory cross_coupling stroke_dependent_gain trapped_air frozen_sensor output_backlash "
 ).split()
 CODE = {name: number for number, name in enumerate(NAMES)}
 OUTSIDE = ("memory", "cross_coupling", "stroke_dependent_gain", "trapped_air", "frozen_sensor")
@@ -80,7 +80,7 @@ def _play(state, u, half):
 
 
 @njit(cache=True)
-def _simulate(
+def _simulate(  # noqa: PLR0917
     n,
     sub,
     ppath,
@@ -108,7 +108,7 @@ def _simulate(
     pos = 0.0
     vel = 0.0
     p = 0.0
-    e_prev, u_prev, ep, integ = 0.0, 0.0, 0.0, 0.0
+    e_prev, u_prev, ep = 0.0, 0.0, 0.0
     uL = 0.0
     uS = 0.0
     buffers = np.zeros((2, 400))
@@ -140,9 +140,8 @@ def _simulate(
                     val = mem[c, 20]
             val += noise[k, c]
             for q in range(2):
-                if code[q] == 22 and k > 0:
-                    if (t % 5.3) < size[q]:
-                        val = held[c]
+                if code[q] == 22 and k > 0 and (t % 5.3) < size[q]:
+                    val = held[c]
             held[c] = val
             if c == 0:
                 pm = val
@@ -168,7 +167,7 @@ def _simulate(
             nxt_s = wx[k]
         uL_k = uL
         uS_k = uS
-        for s in range(sub):
+        for _ in range(sub):
             # voltages act through the chains
             drive = np.zeros(2)
             add = np.zeros(2)
@@ -176,7 +175,6 @@ def _simulate(
                 u = uL_k if c == 0 else uS_k
                 code = code_p if c == 0 else code_x
                 size = size_p if c == 0 else size_x
-                buffers[c, at % 400] = u
                 for q in range(2):
                     z = size[q]
                     m = mem[c]
@@ -198,7 +196,8 @@ def _simulate(
                         m[base] = _play(m[base], u, z)
                         u = m[base]
                     elif code[q] == 6:
-                        u = buffers[c, (at - int(round(z / h))) % 400]
+                        buffers[c, at % 400] = u
+                        u = buffers[c, (at - round(z / h)) % 400]
                     elif code[q] == 7:
                         m[base] += min(max((u - m[base]) / 0.005, -z), z) * h
                         u = m[base]
@@ -276,10 +275,9 @@ def _simulate(
                 vel = (vel + hh / t_v * (force - f)) / (1 + hh / t_v)
                 pos += hh * vel
             for q in range(2):
-                if code_x[q] == 17:
-                    if pos > size_x[q]:
-                        pos = size_x[q]
-                        vel = min(vel, 0.0)
+                if code_x[q] == 17 and pos > size_x[q]:
+                    pos = size_x[q]
+                    vel = min(vel, 0.0)
             pd_old = float(np.dot(dist_c, xd))
             xd = dist_a @ xd + dist_b * p
             pos += float(np.dot(dist_c, xd)) - pd_old

@@ -7,29 +7,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from ..core.models.effects import registry
 from .candidates import in_vocabulary
+from .choice import Measure, alternatives, best_set, take_measure
 from .noise import effective_samples, whiteness
 from .problem import Problem
 from .result import Verdict
-from .selection import NEGLIGIBLE, Bench, Explanation, Progress, fit_null, penalised, scan
+from .selection import NEGLIGIBLE, Bench, Explanation, Progress, fit_null, scan
 from .settings import DiscoverySettings
-from .terms import nominal_terms, refits_all
+from .terms import nominal_terms
 
 Array = NDArray[np.float64]
 
 # Set on synthetic null, single, pair and out-of-library runs; see docs/confusion.md.
-ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
 ENOUGH_TO_REFIT = 12.0
 SAME = 6.0  # closer candidates are reported as one set
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
 ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise
-ROUGH_GAIN = 0.025  # there a further effect must be worth this share of the gap
-ROUGH_ENOUGH = 10.0
+REAL_SHARE = 0.12  # the same where nothing of any kind leaves much less,
+NOBODY_LEAVES = 0.33  # that is this part of it
 LEFT_NOISE = 0.2  # and of the noise power
-NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
-SMALL_SHARE = 0.02  # one that is worth less of the gap
-SMALL_LEAVES = 0.12  # must leave next to nothing of it
 WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
 WORTH_SHARE = 0.0008  # and more than this of the gap
 NOT_WHITE = 4.0  # times the squared autocorrelation of white noise
@@ -69,34 +65,6 @@ def base_paths(path: PathSpec) -> list[PathSpec]:
     return [path.model_copy(update={"effects": subset}) for subset in subsets]
 
 
-@dataclass(frozen=True, slots=True)
-class _Measure:
-    """What gaps are measured with: noise power and effective samples, seen in the best explanation so far."""
-
-    bench: Bench
-    floors: tuple[float, ...]
-    samples: float
-    rough: bool
-
-    @property
-    def noise(self) -> float:
-        """What noise, and form error not worth a word, would leave."""
-        return self.bench.noise(self.floors)
-
-    def score(self, explanation: Explanation) -> float:
-        """Penalised misfit."""
-        return penalised(self.bench, explanation, self.samples, self.floors)
-
-    def left(self, explanation: Explanation) -> float:
-        """What an explanation leaves beyond noise."""
-        return max(self.bench.misfit(explanation, self.floors) - self.noise, 0.0)
-
-
-def _measure(bench: Bench, known: list[Explanation]) -> _Measure:
-    nearest = min(known, key=lambda e: e.fit.rss)
-    return _Measure(bench, bench.floors(nearest), bench.worth(nearest), refits_all(nearest.fit.path))
-
-
 def examine(
     problem: Problem,
     path: PathSpec,
@@ -109,14 +77,14 @@ def examine(
     bases = base_paths(path)
     given = min((problem.residual(base) for base in bases), key=lambda r: float(r @ r))
     nulls = [fit_null(bench, base) for base in bases]
-    first = _measure(bench, nulls)
+    first = take_measure(bench, nulls)
     null = min(nulls, key=lambda e: (first.score(e), -len(e.fit.path.effects)))
     known = [null]
     interrupted = False
     try:
         known += scan(bench, [null] if null is nulls[-1] else [null, nulls[-1]])
         for _ in range(settings.max_effects - 1):
-            measure = _measure(bench, known)
+            measure = take_measure(bench, known)
             inside = sorted((e for e in known if e.inside and e.added), key=measure.score)
             # A form outside the vocabulary that leaves nothing ends the search too: more names would only mimic it.
             left = min(measure.left(e) for e in known)
@@ -135,71 +103,7 @@ def examine(
     return _decide(bench, given, null, known, interrupted)
 
 
-def _alternatives(
-    best: Explanation, scored: list[tuple[float, Explanation]], limit: float
-) -> tuple[tuple[str, ...], ...]:
-    """For each name of the best set, names that put in its place do as well."""
-    found: list[list[str]] = [[] for _ in best.added]
-    for behind, other in scored:
-        if behind > limit or other is best or len(other.added) != len(best.added):
-            continue
-        missing = [name for name in best.added if name not in other.added]
-        instead = [name for name in other.added if name not in best.added]
-        if len(missing) == 1:
-            place = best.added.index(missing[0])
-            if instead[0] not in found[place]:
-                found[place].append(instead[0])
-    return tuple(tuple(names) for names in found)
-
-
-def _best_set(null: Explanation, known: list[Explanation], measure: _Measure) -> Explanation:
-    """The smallest set of nameable effects that no larger one beats clearly."""
-    best = null
-    for size in range(1, 1 + max((len(e.added) for e in known), default=0)):
-        tier = [e for e in known if e.inside and len(e.added) == size]
-        if not tier:
-            break
-        leader = next((e for e in sorted(tier, key=measure.score) if _certain(e, measure)), None)
-        if leader is None:
-            break
-        won = measure.score(best) - measure.score(leader)
-        enough = ROUGH_ENOUGH if measure.rough and size > 1 else ENOUGH_TO_NAME
-        if won < enough or (size > 1 and not _adds(best, leader, null, measure)):
-            break
-        best = leader
-    return best
-
-
-def _certain(explanation: Explanation, measure: _Measure) -> bool:
-    """Whether each effect added has a parameter whose 95 % interval excludes the value that changes nothing."""
-    fit = explanation.fit
-    samples = measure.samples * len(fit.residual) / measure.bench.count
-    covariance = fit.fitted.covariance(samples, len(fit.residual))
-    sure = set()
-    for index, term in enumerate(fit.hypothesis.terms):
-        if term.effect < 0:
-            continue
-        name = fit.path.effects[term.effect].name
-        parameter = registry()[name].parameter(term.name)
-        if parameter.optional:
-            continue
-        reach = 1.96 * float(covariance[index, index]) ** 0.5
-        neutral = term.to_x(parameter.neutral)
-        if abs(float(fit.fitted.x[index]) - neutral) > reach:
-            sure.add(name)
-    return all(name in sure for name in explanation.added)
-
-
-def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: _Measure) -> bool:
-    """Whether a further effect is more than the mending of the former ones' form."""
-    before, after = measure.left(best), measure.left(leader)
-    if measure.rough:
-        return before - after > ROUGH_GAIN * measure.left(null)
-    small = before - after < SMALL_SHARE * measure.left(null)
-    return after <= (SMALL_LEAVES if small else NEXT_LEAVES) * before + 0.03 * measure.noise
-
-
-def _silent(bench: Bench, given: Array, null: Explanation, measure: _Measure) -> Verdict:
+def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> Verdict:
     """The verdict where no effect earns a name."""
     problem = bench.problem
     over = measure.left(null)
@@ -215,8 +119,8 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: _Measure) ->
 
 
 def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanation], interrupted: bool) -> Finding:
-    measure = _measure(bench, known)
-    best = _best_set(null, known, measure)
+    measure = take_measure(bench, known)
+    best = best_set(null, known, measure)
     mine = measure.score(best)
     gap = max(measure.left(null), 1e-9)
     left = measure.left(best)
@@ -229,6 +133,8 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
             rival = next(name for name in ahead[0].added if not in_vocabulary(name))
         peers = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]
         share = ROUGH_SHARE if measure.rough else LEFT_SHARE
+        if not measure.rough and min(measure.left(e) for e in known) > NOBODY_LEAVES * left:
+            share = REAL_SHARE
         unexplained = left > share * gap and left > LEFT_NOISE * measure.noise
         verdict = Verdict.UNEXPLAINED if rival or unexplained else Verdict.NAMED
     else:
@@ -241,7 +147,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         best,
         tuple(e for _, e in scored),
         tuple(behind for behind, _ in scored),
-        _alternatives(best, peers, SAME),
+        alternatives(best, peers, SAME),
         float(peers[0][0]) if peers else 0.0,
         float(measure.score(null) - mine),
         float(left / gap) if best.added else 0.0,

@@ -1,6 +1,6 @@
 """Bounded Gauss-Newton with Levenberg damping for simulation errors: small, deterministic, interruptible."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,14 +20,16 @@ class Fitted:
     cost: float
     evaluations: int
 
-    def covariance(self, samples: float, of: int) -> Array:
+    def covariance(self, samples: float, of: int, held: Sequence[int] = ()) -> Array:
         """Covariance (p, p) of x with the residual's own variance, for `samples` effective ones `of` the data.
 
-        Directions the data do not hold get a very large variance.
+        Directions the data do not hold get a very large variance; numbers `held` fixed vary with nothing.
         """
         p = len(self.x)
-        scale = np.maximum(np.linalg.norm(self.jacobian, axis=0), 1e-100)
-        normal = _gram(self.jacobian / scale)
+        jacobian = self.jacobian.copy()
+        jacobian[:, list(held)] = 0.0
+        scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-100)
+        normal = _gram(jacobian / scale)
         variance = self.cost / max(of - p, 1) * (of / max(samples, 1.0))
         inverse = np.linalg.pinv(normal + 1e-12 * np.eye(p), hermitian=True)
         return inverse * variance / np.outer(scale, scale)

@@ -23,7 +23,8 @@ class Problem:
     """Everything fixed about fitting one channel of one run.
 
     `weights` (n,) are 0 where a sample says nothing (start-up, frozen sensor), else 1; `signal` is the
-    standard deviation of the compared part of the measured signal; `scales` the run's range of each quantity.
+    standard deviation of the compared part of the measured signal; `scales` the run's range of each quantity;
+    `excitations_hz` the fundamentals of what drives the run, where it is periodic.
     """
 
     channel: Channel
@@ -34,6 +35,7 @@ class Problem:
     noise: float
     signal: float
     scales: Mapping[Quantity, float]
+    excitations_hz: tuple[float, ...] = ()
 
     @property
     def sigma(self) -> float:
@@ -49,6 +51,12 @@ class Problem:
         limit = 1e3 * (float(np.abs(self.measured).max()) + self.signal)
         gap = np.clip(np.nan_to_num(self.measured - simulated, nan=limit), -limit, limit)
         return self.windows.project(gap) * self.weights
+
+
+# Long windows see slow effects, short ones keep drift from swamping the rest.
+_LONGEST_WINDOW_S = 3.0
+_SHORTEST_WINDOW_S = 0.1
+_WINDOW_SAMPLES = 150
 
 
 def integrates(path: PathSpec) -> bool:
@@ -86,6 +94,26 @@ def _scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Qua
     }
 
 
+def _excitations(run: Run) -> tuple[float, ...]:
+    """Fundamental frequencies (Hz) of the set-points that move, of voltages where there is no set-point."""
+    found = []
+    for channel in Channel:
+        values = run.get(channel.setpoint_signal)
+        if values is None or not np.isfinite(values).all():
+            values = run.get(channel.voltage_signal)
+        if values is None or not np.ptp(values) > 0.0:
+            continue
+        n = len(values)
+        power = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(n), 4 * n)) ** 2
+        frequencies = np.fft.rfftfreq(4 * n, run.sample_time_s)
+        power[frequencies < 1.5 / (n * run.sample_time_s)] = 0.0
+        peak = int(np.argmax(power))
+        near = np.abs(frequencies - frequencies[peak]) < 3.0 / (n * run.sample_time_s)
+        if power[near].sum() > 0.4 * power.sum():
+            found.append(float(frequencies[peak]))
+    return tuple(found)
+
+
 def _first_velocity(measured: Array, sample_time_s: float, path: PathSpec, samples: int = 12) -> float | None:
     """How fast the output moves at the start, where the path is slow enough to tell and it clearly moves."""
     poles = np.roots(path.denominator)
@@ -109,7 +137,8 @@ def make_problem(
     rest = 0.0 if pressure_path is None else pressure_path.rest
     pressure = run.get(Channel.PRESSURE.signal)
     load = np.zeros(0) if channel is Channel.PRESSURE or pressure is None else np.ascontiguousarray(pressure)
-    windows = make_windows(len(run), run.sample_time_s, settings.window_s, integrates(path))
+    window_s = settings.window_s or min(_LONGEST_WINDOW_S, max(_SHORTEST_WINDOW_S, _WINDOW_SAMPLES * run.sample_time_s))
+    windows = make_windows(len(run), run.sample_time_s, window_s, integrates(path))
     weights = np.ones(len(run))
     noise = difference_noise(measured)
     anchored = integrates(path)
@@ -133,6 +162,7 @@ def make_problem(
         noise,
         float(np.std(compared)),
         _scales(run, channel, path, load),
+        _excitations(run),
     )
 
 

@@ -7,16 +7,12 @@ from dataclasses import dataclass
 class DiscoverySettings:
     """Frozen settings of one discovery.
 
-    `window_s`: length of the re-anchored windows of integrating paths, s.
+    `window_s`: length of the re-anchored windows of integrating paths, s (0: by the data, at most 3 s and no more
+    than 150 samples, so that with fast sampling force errors count and not the drift they leave).
     `max_effects`: most effects looked for per channel.
     `jobs`: worker processes; the answer does not depend on it.
-    `free_linear`: refit all coefficients of the linear part with every candidate (None: only where the
-    given one is far off, as with a linear model that was fitted to nonlinear data).
-    `budget_s`: after this many seconds no further stage is begun (0: no limit).
     """
 
-    window_s: float = 3.0
+    window_s: float = 0.0
     max_effects: int = 3
     jobs: int = 1
-    free_linear: bool | None = None
-    budget_s: float = 0.0

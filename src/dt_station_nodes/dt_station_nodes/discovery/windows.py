@@ -10,13 +10,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Windows:
-    """Consecutive windows of a run; `anchored` ones have their own free offset.
+    """Consecutive windows of a run; `anchored` ones have their own free offset, with `trend` a free slope too.
 
     `edges`: window borders, shape (windows + 1,), first 0, last n.
     """
 
     edges: NDArray[np.int64]
     anchored: bool
+    trend: bool = False
 
     def project(self, residual: Array) -> Array:
         """The residual (n,) less each window's mean where windows are anchored, else as it is."""
@@ -25,12 +26,17 @@ class Windows:
         starts = self.edges[:-1]
         lengths = np.diff(self.edges)
         means = np.add.reduceat(residual, starts) / lengths
-        return residual - np.repeat(means, lengths)
+        level = residual - np.repeat(means, lengths)
+        if not self.trend:
+            return level
+        time = np.arange(len(residual)) - np.repeat(starts + 0.5 * (lengths - 1), lengths)
+        slopes = np.add.reduceat(level * time, starts) / np.maximum(np.add.reduceat(time * time, starts), 1e-300)
+        return level - np.repeat(slopes, lengths) * time
 
     @property
     def freedoms(self) -> int:
-        """Offsets estimated."""
-        return len(self.edges) - 1 if self.anchored else 0
+        """Offsets and slopes estimated."""
+        return (len(self.edges) - 1) * (2 if self.trend else 1) if self.anchored else 0
 
     def blocks(self, count: int) -> NDArray[np.int64]:
         """Fold number of each sample, shape (n,): contiguous groups of windows dealt in turn to `count` folds."""
@@ -38,9 +44,9 @@ class Windows:
         return np.repeat(folds, np.diff(self.edges))
 
 
-def make_windows(samples: int, sample_time_s: float, window_s: float, anchored: bool) -> Windows:
+def make_windows(samples: int, sample_time_s: float, window_s: float, anchored: bool, trend: bool = False) -> Windows:
     """Windows of nearly equal length of about `window_s`; at least two where the run allows."""
     count = max(2, round(samples * sample_time_s / window_s))
     count = min(count, max(1, samples // 8))
     edges = np.linspace(0, samples, count + 1).round().astype(np.int64)
-    return Windows(edges, anchored)
+    return Windows(edges, anchored, trend)

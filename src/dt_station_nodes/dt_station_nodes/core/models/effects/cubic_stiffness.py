@@ -1,5 +1,6 @@
 """Cubic stiffness: a restoring force that grows with the cube of the stroke."""
 
+from ...channels import Channel
 from ..compiled import OUTPUT, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
@@ -26,6 +27,7 @@ EFFECT = Effect(
         Parameter("centre", Quantity.OUTPUT, "place where the spring is at rest", -2.0, 2.0, (0.0,), optional=True),
     ),
     step=_step,
+    channels=(Channel.POSITION,),
     check="Measure the voltage needed to hold several places along the stroke; look for bellows and end cushions.",
     source="Duffing spring; Nayfeh & Mook, Nonlinear Oscillations (1979), 4.1",
     sub_stepped=True,

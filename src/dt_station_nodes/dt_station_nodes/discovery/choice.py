@@ -1,0 +1,129 @@
+"""Stage 6: which set of effects earns its names, and which names could stand in their place."""
+
+from dataclasses import dataclass
+
+from ..core.models.effects import registry
+from .problem import Problem
+from .selection import Bench, Explanation, penalised
+from .terms import refits_all
+
+ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
+ROUGH_GAIN = 0.025  # there a further effect must be worth this share of the gap
+ROUGH_ENOUGH = 10.0
+NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
+SMALL_SHARE = 0.02  # one that is worth less of the gap
+SMALL_LEAVES = 0.12  # must leave next to nothing of it
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """What gaps are measured with: noise power and effective samples, seen in the best explanation so far."""
+
+    bench: Bench
+    floors: tuple[float, ...]
+    samples: float
+    rough: bool
+
+    @property
+    def noise(self) -> float:
+        """What noise, and form error not worth a word, would leave."""
+        return self.bench.noise(self.floors)
+
+    def score(self, explanation: Explanation) -> float:
+        """Penalised misfit."""
+        return penalised(self.bench, explanation, self.samples, self.floors)
+
+    def left(self, explanation: Explanation) -> float:
+        """What an explanation leaves beyond noise."""
+        return max(self.bench.misfit(explanation, self.floors) - self.noise, 0.0)
+
+
+def take_measure(bench: Bench, known: list[Explanation]) -> Measure:
+    """The measure that the best explanation so far gives."""
+    nearest = min(known, key=lambda e: e.fit.rss)
+    return Measure(bench, bench.floors(nearest), bench.worth(nearest), refits_all(nearest.fit.path))
+
+
+def alternatives(
+    best: Explanation, scored: list[tuple[float, Explanation]], limit: float
+) -> tuple[tuple[str, ...], ...]:
+    """For each name of the best set, names that put in its place do as well."""
+    found: list[list[str]] = [[] for _ in best.added]
+    for behind, other in scored:
+        if behind > limit or other is best or len(other.added) != len(best.added):
+            continue
+        missing = [name for name in best.added if name not in other.added]
+        instead = [name for name in other.added if name not in best.added]
+        if len(missing) == 1:
+            place = best.added.index(missing[0])
+            if instead[0] not in found[place]:
+                found[place].append(instead[0])
+    return tuple(tuple(names) for names in found)
+
+
+def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> Explanation:
+    """The smallest set of nameable effects that no larger one beats clearly."""
+    best = null
+    for size in range(1, 1 + max((len(e.added) for e in known), default=0)):
+        tier = [e for e in known if e.inside and len(e.added) == size]
+        if not tier:
+            break
+        leader = next((e for e in sorted(tier, key=measure.score) if _certain(e, measure)), None)
+        if leader is None:
+            break
+        won = measure.score(best) - measure.score(leader)
+        enough = ROUGH_ENOUGH if measure.rough and size > 1 else ENOUGH_TO_NAME
+        if won < enough or (size > 1 and not _adds(best, leader, null, measure)):
+            break
+        best = leader
+    return best
+
+
+def _certain(explanation: Explanation, measure: Measure) -> bool:
+    """Whether each effect added has a parameter whose 95 % interval excludes the value that changes nothing.
+
+    The shape parameters are held: they trade against the effect's size without making its presence doubtful.
+    """
+    fit = explanation.fit
+    samples = measure.samples * len(fit.residual) / measure.bench.count
+    parameters = {
+        index: registry()[fit.path.effects[term.effect].name].parameter(term.name)
+        for index, term in enumerate(fit.hypothesis.terms)
+        if term.effect >= 0
+    }
+    held = [index for index, parameter in parameters.items() if parameter.optional]
+    covariance = fit.fitted.covariance(samples, len(fit.residual), held)
+    sure = set()
+    for index, parameter in parameters.items():
+        if index in held:
+            continue
+        term = fit.hypothesis.terms[index]
+        name = fit.path.effects[term.effect].name
+        reach = 1.96 * float(covariance[index, index]) ** 0.5
+        neutral = term.to_x(parameter.neutral)
+        if abs(float(fit.fitted.x[index]) - neutral) > reach:
+            sure.add(name)
+    if "periodic_disturbance" in explanation.added and _echo(explanation, measure.bench.problem):
+        return False
+    return all(name in sure for name in explanation.added)
+
+
+def _echo(explanation: Explanation, problem: Problem) -> bool:
+    """Whether a periodic disturbance beats with the excitation: any smooth nonlinearity of a periodic run looks so."""
+    spec = next(e for e in explanation.fit.path.effects if e.name == "periodic_disturbance")
+    frequency = spec.parameters["frequency_hz"]
+    resolution = 0.5 / (len(problem.measured) * problem.simulator.sample_time_s)
+    for base in problem.excitations_hz:
+        order = round(frequency / base)
+        if 1 <= order <= 12 and abs(frequency - order * base) < resolution:
+            return True
+    return False
+
+
+def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Measure) -> bool:
+    """Whether a further effect is more than the mending of the former ones' form."""
+    before, after = measure.left(best), measure.left(leader)
+    if measure.rough:
+        return before - after > ROUGH_GAIN * measure.left(null)
+    small = before - after < SMALL_SHARE * measure.left(null)
+    return after <= (SMALL_LEAVES if small else NEXT_LEAVES) * before + 0.03 * measure.noise

@@ -1,0 +1,128 @@
+"""The whole of discovery on runs made by forms of their own (`cases`)."""
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from cases import Case, make
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import DiscoverySettings, UnusableRunError, Verdict, discover
+
+PAPER = ModelSpec.from_yaml(
+    (Path(__file__).resolve().parents[3] / "config" / "models" / "paper.yaml").read_text(encoding="utf-8")
+)
+
+
+def only(channel):
+    """The paper's model with one path: half the time of both."""
+    paths = {c: p for c, p in PAPER.paths.items() if c.value == channel}
+    return PAPER.model_copy(update={"paths": paths})
+
+
+@pytest.mark.parametrize(
+    ("name", "channel"),
+    [
+        ("dead_zone", "position"),
+        ("saturation", "pressure"),
+        ("hysteresis", "pressure"),
+        pytest.param(
+            "friction",
+            "position",
+            marks=pytest.mark.xfail(strict=True, reason="leakage is named beside friction with bristles"),
+        ),
+        ("delay", "pressure"),
+        ("extra_lag", "pressure"),
+        ("leakage", "position"),
+        ("periodic_disturbance", "pressure"),
+    ],
+)
+def test_single_effect_is_named_and_the_gap_falls_to_the_noise(name, channel):
+    effects = ((name, channel, 1.0),)
+    run = make(Case(effects=effects, seconds=24.0))
+    unseen = make(Case(effects=effects, seconds=24.0, shape="triangle", seed=3))
+    result = discover(run, only(channel), unseen)
+    assert result.verdict is Verdict.NAMED
+    assert [(e.name, e.channel.value) for e in result.effects] == [(name, channel)]
+    place = Channel(channel)
+    assert result.gap.after[place].rms < 1.1 * result.gap.noise_floor[place].rms
+    assert result.gap.validation_before[place].rms > 1.2 * result.gap.validation_after[place].rms
+
+
+def test_two_effects_are_both_named():
+    run = make(Case(effects=(("dead_zone", "position", 1.0), ("delay", "position", 1.0)), seconds=24.0))
+    result = discover(run, only("position"))
+    assert {e.name for e in result.effects} == {"dead_zone", "delay"}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_nothing_is_named_where_nothing_is_missing(seed):
+    result = discover(make(Case(seed=seed, seconds=24.0)), PAPER)
+    assert result.verdict is Verdict.NOTHING_MISSING
+    assert not result.effects
+
+
+def test_a_mismatch_is_parameters_only():
+    result = discover(make(Case(gain_error=0.05, time_error=0.1, seconds=24.0)), PAPER)
+    assert result.verdict is Verdict.PARAMETERS_ONLY
+    assert {e.name for e in result.effects} == {"parameter_mismatch"}
+    assert result.nominal["position gain"].value == pytest.approx(1.05, abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["stroke_dependent_gain", "memory"])
+def test_effects_outside_the_vocabulary_are_not_named(name):
+    result = discover(make(Case(effects=((name, "position", 1.0),), seconds=24.0)), only("position"))
+    assert result.verdict is Verdict.UNEXPLAINED
+    assert not result.effects
+    assert "no named effect explains" in result.sentence
+
+
+def test_a_frozen_sensor_is_said_not_named():
+    result = discover(make(Case(effects=(("frozen_sensor", "pressure", 0.5),), seconds=24.0)), only("pressure"))
+    assert result.verdict is Verdict.UNEXPLAINED
+    assert any("frozen" in note for note in result.data_notes)
+
+
+def test_json_holds_the_contract_and_workers_change_nothing():
+    run = make(Case(effects=(("backlash", "pressure", 1.0),), seconds=24.0))
+    one = discover(run, only("pressure"), settings=DiscoverySettings(max_effects=1))
+    two = discover(run, only("pressure"), settings=DiscoverySettings(max_effects=1, jobs=2))
+    answer = one.to_json()
+    assert json.dumps(answer) == json.dumps(two.to_json())
+    assert set(answer) == {"verdict", "effects", "where", "gap", "next_experiment", "run"}
+    assert set(answer["gap"]) == {"before", "after", "noise_floor", "validation"}
+    effect = answer["effects"][0]
+    assert set(effect) == {"name", "channel", "confidence", "parameters", "alternatives", "why"}
+    assert {effect["name"], *effect["alternatives"]} == {"hysteresis", "backlash"}
+    assert all(set(p) == {"value", "ci95", "unit"} for p in effect["parameters"].values())
+    assert ModelSpec.from_yaml(one.model.to_yaml()) == one.model
+
+
+def test_interrupted_search_says_what_it_knows():
+    def interrupt(text):
+        if "hysteresis" in text:
+            raise KeyboardInterrupt
+
+    result = discover(make(Case(seconds=24.0)), only("pressure"), progress=interrupt)
+    assert result.interrupted
+
+
+def test_unusable_runs_are_refused_in_one_sentence():
+    run = make(Case(seconds=4.0))
+    short = run.window(0, 50)
+    with pytest.raises(UnusableRunError, match="50 samples"):
+        discover(short, PAPER)
+    broken = dict(run.signals)
+    broken["pressure_pa"] = np.where(np.arange(len(run)) == 7, np.nan, broken["pressure_pa"])
+    with pytest.raises(UnusableRunError, match="pressure_pa is not a number in row 8"):
+        discover(replace(run, signals=broken), PAPER)
+    with pytest.raises(UnusableRunError, match="no channel"):
+        discover(Run(0.02, {"pressure_pa": np.zeros(200)}), PAPER)
