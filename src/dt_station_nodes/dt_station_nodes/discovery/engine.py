@@ -15,6 +15,7 @@ from .channel import Finding, examine
 from .data_checks import check_run
 from .next_experiment import propose
 from .noise import effective_samples
+from .polish import polished
 from .problem import Problem, make_problem
 from .proof import estimates, floor_figures, gap_figures, patched, trace
 from .result import (
@@ -73,6 +74,7 @@ def discover(
         finding = examine(
             problem, spec.paths[check.channel], chosen, progress, _unseen(validation, spec, check.channel, chosen)
         )
+        finding = polished(finding)
         if check.channel in frozen and finding.verdict is not Verdict.UNEXPLAINED:
             finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")
         findings.append(finding)

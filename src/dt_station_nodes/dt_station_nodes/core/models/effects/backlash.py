@@ -1,6 +1,8 @@
 """Backlash: play between the actuator and what the sensor sees."""
 
-from ..compiled import Doubles, effect_step
+import math
+
+from ..compiled import SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -11,7 +13,13 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
     s[0] = min(max(s[0], value - half_width), value + half_width)
-    return s[0]
+    if p[1] <= 1e-9:
+        return s[0]
+    if s[3] == 0.0:
+        s[3] = 1.0
+        s[2] = s[0]
+    s[2] = s[0] + (s[2] - s[0]) * math.exp(-c[SUBSTEP] / p[1])
+    return s[2]
 
 
 EFFECT = Effect(
@@ -27,10 +35,13 @@ EFFECT = Effect(
             0.5,
             (0.003, 0.01, 0.03, 0.1, 0.2),
         ),
+        Parameter(
+            "lag_s", Quantity.TIME, "time over which a compliant contact closes", 0.0, 1.0, (0.02,), optional=True
+        ),
     ),
     step=_step,
     check="Hold the actuator and move the load by hand or dial gauge; look at pins, couplings and sensor mounting.",
     source="Nordin & Gutman, Automatica 38 (2002) 1633: dead-zone-free play model",
-    state_size=2,
+    state_size=4,
     also=(Attachment.INPUT,),
 )

@@ -1,0 +1,58 @@
+"""Last touch on the parameters of densely sampled runs: what forces do within short windows."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..core.models.effects import registry
+from .channel import Finding
+from .hypothesis_fit import fit_hypothesis
+from .result import Verdict
+from .terms import Hypothesis
+from .windows import make_windows
+
+# Data sampled faster than this are polished in windows of so many samples.
+DENSE_S = 0.005
+SAMPLES = 50
+# Fits of stick and slip have many shallow minima: begin around the parameters found.
+AROUND = (1.0, 0.93, 1.07)
+# Refinements that a measured force needs as much as its level: its two directions differ.
+KEPT = ("asymmetry",)
+
+
+def _textbook(found: Hypothesis) -> Hypothesis:
+    """The same effects with their optional parameters back at what changes nothing."""
+    effects = []
+    optional: set[tuple[int, str]] = set()
+    for index, spec in enumerate(found.path.effects):
+        rest = [p for p in registry()[spec.name].parameters if p.optional and p.name not in KEPT]
+        optional |= {(index, p.name) for p in rest}
+        effects.append(spec.model_copy(update={"parameters": {**spec.parameters, **{p.name: p.neutral for p in rest}}}))
+    terms = tuple(term for term in found.terms if (term.effect, term.name) not in optional)
+    return Hypothesis(found.path.model_copy(update={"effects": tuple(effects)}), terms)
+
+
+def polished(finding: Finding) -> Finding:
+    """A named finding with its parameters refitted in short windows, offset and slope of each left free.
+
+    Such windows say too little to choose by, but what they say of forces is free of the drift that all that is not
+    modelled leaves in a position. Coarsely sampled runs and paths that do not integrate stay as they are.
+    """
+    problem = finding.problem
+    step = problem.simulator.sample_time_s
+    if finding.verdict is not Verdict.NAMED or finding.interrupted or not problem.windows.anchored or step > DENSE_S:
+        return finding
+    windows = make_windows(len(problem.measured), step, SAMPLES * step, True, trend=True)
+    near = replace(problem, windows=windows)
+    fit = finding.best.fit
+    here = Hypothesis(fit.path, fit.hypothesis.terms)
+    fits = []
+    for hypothesis in (_textbook(here), here):
+        start = hypothesis.start()
+        acts = np.array([term.effect >= 0 and not term.logarithmic for term in hypothesis.terms])
+        starts = [np.where(acts, start * factor, start) for factor in AROUND]
+        fits += [fit_hypothesis(near, hypothesis, [x], iterations=15) for x in starts]
+    best = min(fits, key=lambda f: f.fitted.cost)
+    residual = problem.residual(best.path)
+    seen = replace(best, residual=residual, rss=float(residual @ residual) / problem.sigma**2)
+    return replace(finding, best=replace(finding.best, fit=seen))
