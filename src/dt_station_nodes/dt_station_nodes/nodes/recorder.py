@@ -63,6 +63,7 @@ class Recorder:
     """The node's own half: subscriptions that hand bytes to the writer."""
 
     ticker = None
+    keeps_all = True
 
     def __init__(self, node: Node) -> None:
         self._node = node

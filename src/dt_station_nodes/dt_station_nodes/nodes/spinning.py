@@ -8,6 +8,7 @@ from typing import Protocol
 
 import rclpy
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -20,6 +21,8 @@ NAMESPACE = "station"
 # also how long a signal may wait to be seen
 _IDLE_S = 0.1
 _DRAIN = 3
+_ACKNOWLEDGED_S = 0.5
+_QUIET_S = 0.3
 
 
 class Ticker(Protocol):
@@ -81,6 +84,18 @@ def spin(
                 ticker.tick()
 
 
+def deliver(node: Node, executor: Executor, keeps_all: bool) -> None:
+    """Before a node ends: its readers have what it sent, and one that `keeps_all` has taken what it was sent."""
+    if not node.context.ok():
+        return
+    for publisher in node.publishers:
+        publisher.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGED_S))
+    if keeps_all:
+        quiet = time.monotonic() + _QUIET_S
+        while time.monotonic() < quiet:
+            executor.spin_once(timeout_sec=_QUIET_S / 10)
+
+
 def run_node(name: str, factory: Factory, args: Sequence[str] | None = None) -> int:
     """`main` of a node: 0 after SIGINT or SIGTERM, 1 after a fault, 2 after a mistake in its parameters."""
     claim_priority()
@@ -101,6 +116,7 @@ def run_node(name: str, factory: Factory, args: Sequence[str] | None = None) -> 
             quieten_collector()
             try:
                 spin(executor, context, [part.ticker] if part.ticker is not None else [], lambda: stop.wanted)
+                deliver(node, executor, getattr(part, "keeps_all", False))
             finally:
                 # still inside, so that a second Ctrl-C cannot keep the object's valves open
                 part.close()
