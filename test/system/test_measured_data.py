@@ -72,18 +72,19 @@ def test_emps_lacks_friction_of_the_published_size(emps):
     assert coulomb == pytest.approx(COULOMB_N, rel=0.02)
 
 
-@pytest.mark.xfail(strict=True, reason="force error 7.4 %: asymmetric friction is not fitted")
 def test_emps_force_on_the_pulses_run(emps):
     _, pulses, result = emps
     path = result.model.paths[Channel.POSITION]
     gain = path.gain * path.numerator[-1] / path.denominator[-2]  # m/s per V
     lag = path.time_scale / path.denominator[-2]
-    friction = parameters(result, "friction")["coulomb_v"].value
+    friction = next(effect.parameters for effect in path.effects if effect.name == "friction")
     bias = {effect.name: effect.parameters for effect in path.effects}.get("bias", {}).get("offset_v", 0.0)
     step = pulses.sample_time_s
     b, a = signal.butter(4, 60 * 2 * step)
     speed = np.gradient(signal.filtfilt(b, a, pulses.signals["position_m"]), step)
-    wanted = (lag * np.gradient(speed, step) + speed) / gain + friction * np.sign(speed) - bias
+    # An offset of the drive may come as a bias or as a Coulomb level that differs with direction.
+    dry = friction["coulomb_v"] * (np.sign(speed) + friction.get("asymmetry", 0.0))
+    wanted = (lag * np.gradient(speed, step) + speed) / gain + dry - bias
 
     def slow(values):
         return signal.decimate(values, 25, zero_phase=True)[10:-10]
@@ -93,13 +94,17 @@ def test_emps_force_on_the_pulses_run(emps):
     assert error <= 0.06
 
 
-@pytest.mark.xfail(strict=True, reason="the dead zone is not joined, validation fit below 66 %")
 def test_crane_has_a_static_valve_curve(crane):
-    unseen, result = crane
+    _, result = crane
     assert result.verdict is Verdict.NAMED
     found = names(result, Channel.PRESSURE)
     assert found & {"dead_zone", "saturation", "asymmetric_gain"}
     assert "saturation" in found
+
+
+@pytest.mark.xfail(reason="67 % is in reach with dead zone and asymmetric gain beside saturation", strict=False)
+def test_crane_on_the_second_half(crane):
+    unseen, result = crane
     measured = unseen.signals["pressure_pa"]
     gap = measured - free_run(result.model, unseen, Channel.PRESSURE)
     assert 1.0 - np.linalg.norm(gap) / np.linalg.norm(measured - measured.mean()) >= 0.66
