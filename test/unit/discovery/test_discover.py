@@ -34,11 +34,7 @@ def only(channel):
         ("dead_zone", "position"),
         ("saturation", "pressure"),
         ("hysteresis", "pressure"),
-        pytest.param(
-            "friction",
-            "position",
-            marks=pytest.mark.xfail(strict=True, reason="leakage is named beside friction with bristles"),
-        ),
+        ("friction", "position"),
         ("delay", "pressure"),
         ("extra_lag", "pressure"),
         ("leakage", "position"),

@@ -112,4 +112,11 @@ def refined_starts(problem: Problem, path: PathSpec, candidate: Candidate, resid
         grids.append(values if len(candidate.optional) > 3 else list(dict.fromkeys([parameter.neutral, *values])))
     combinations = list(product(*grids))[:_MOST_COMBINATIONS]
     named = [dict(zip(candidate.optional, c, strict=True)) for c in combinations]
-    return [add_effect(path, candidate, {**spec.parameters, **chosen}) for chosen in named]
+    main = candidate.required[0]
+    # Another form may need another size: a dead zone that jumps open is wider than one that does not.
+    sizes = [1.0, 2.5, 6.0] if len(named) * 3 <= _MOST_COMBINATIONS else [1.0]
+    return [
+        add_effect(path, candidate, {**spec.parameters, **chosen, main: spec.parameters[main] * size})
+        for size in sizes
+        for chosen in named
+    ]

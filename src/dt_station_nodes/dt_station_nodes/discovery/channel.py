@@ -12,7 +12,7 @@ from .choice import Measure, alternatives, best_set, take_measure
 from .noise import effective_samples, whiteness
 from .problem import Problem
 from .result import Verdict
-from .selection import NEGLIGIBLE, Bench, Explanation, Progress, fit_null, scan
+from .selection import NEGLIGIBLE, Bench, Explanation, Progress, distinct, exchange, fit_null, scan
 from .settings import DiscoverySettings
 from .terms import nominal_terms
 
@@ -25,6 +25,8 @@ LEFT_SHARE = 0.06  # of the gap may stay unexplained
 ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise
 REAL_SHARE = 0.12  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
+DOUBT = 300.0  # a set not believed by itself but so far ahead
+DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
 LEFT_NOISE = 0.2  # and of the noise power
 WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
 WORTH_SHARE = 0.0008  # and more than this of the gap
@@ -98,6 +100,8 @@ def examine(
             ):
                 break
             known += scan(bench, inside[:BEAM], MOST)
+        inside = [e for e in known if e.inside and e.added]
+        known = distinct([*known, *exchange(bench, min(inside, key=take_measure(bench, known).score), MOST)])
     except KeyboardInterrupt:
         interrupted = True
     return _decide(bench, given, null, known, interrupted)
@@ -136,7 +140,10 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         if not measure.rough and min(measure.left(e) for e in known) > NOBODY_LEAVES * left:
             share = REAL_SHARE
         unexplained = left > share * gap and left > LEFT_NOISE * measure.noise
-        verdict = Verdict.UNEXPLAINED if rival or unexplained else Verdict.NAMED
+        doubted = left > LEFT_NOISE * measure.noise and any(
+            behind < -DOUBT and measure.left(e) < DOUBT_LEAVES * left for behind, e in scored
+        )
+        verdict = Verdict.UNEXPLAINED if rival or unexplained or doubted else Verdict.NAMED
     else:
         verdict = _silent(bench, given, null, measure)
     return Finding(

@@ -115,7 +115,7 @@ def _echo(explanation: Explanation, problem: Problem) -> bool:
     resolution = 0.5 / (len(problem.measured) * problem.simulator.sample_time_s)
     for base in problem.excitations_hz:
         order = round(frequency / base)
-        if 1 <= order <= 12 and abs(frequency - order * base) < resolution:
+        if 1 <= order <= 5 and abs(frequency - order * base) < resolution:
             return True
     return False
 

@@ -9,19 +9,22 @@ Array = NDArray[np.float64]
 
 _ORDER = 4
 _GAIN = float(sum(comb(_ORDER, k) ** 2 for k in range(_ORDER + 1))) ** 0.5
-_MAD = 1.482602218505602
-_MEDIAN_OF_SQUARE = 0.4549364231195728
+# Mean square of the smallest nine tenths of normal deviates, over the variance.
+_TRIMMED = 0.6231
+# Mean squared autocorrelation, over that of white noise, below which a residual is taken for noise alone.
+_WHITE = 2.0
 
 
 def difference_noise(signal: Array) -> float:
-    """Standard deviation of the white part of a signal (n,), by the median size of its fourth differences.
+    """Standard deviation of the white part of a signal (n,), by its fourth differences less their largest tenth.
 
-    Smooth movement cancels in the differences; the median ignores the few samples at jumps.
+    Smooth movement cancels in the differences; jumps are among those left out.
     """
     if len(signal) < 3 * _ORDER:
         return 0.0
-    differences = np.diff(signal, _ORDER)
-    return float(_MAD * np.median(np.abs(differences)) / _GAIN)
+    sizes = np.sort(np.abs(np.diff(signal, _ORDER)))
+    kept = sizes[: int(np.ceil(0.9 * len(sizes)))]
+    return float(np.sqrt(np.mean(kept**2) / _TRIMMED) / _GAIN)
 
 
 def quantisation_step(signal: Array) -> float:
@@ -39,10 +42,12 @@ def noise_floor(measured: Array, residual: Array) -> float:
     """Standard deviation (unit of the signal) that no model can get under on these data.
 
     `residual` is the gap of the best model at hand: what is smooth in the signal is already
-    taken out of it. Quantisation counts as its uniform noise; a relative 1e-5 keeps noise-free
-    data from a floor of zero.
+    taken out of it, and a white one is noise altogether. Quantisation counts as its uniform noise; a
+    relative 1e-5 keeps noise-free data from a floor of zero.
     """
     white = min(difference_noise(measured), difference_noise(residual))
+    if whiteness(residual) < _WHITE:
+        white = max(white, min(float(np.std(residual)), 1.3 * white))
     quantised = quantisation_step(measured) / 12**0.5
     return max(white, quantised, 1e-5 * float(np.std(measured)), 1e-12 * float(np.abs(measured).max(initial=0.0)))
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,13 @@ Task = tuple["Explanation", Candidate]
 # A residual below this share of the signal is form error that no one would call a gap.
 NEGLIGIBLE = 1e-3
 # Twice the log prior odds against forms that are rarely what a name means.
-UNUSUAL = {("backlash", "input"): 4.0, ("overflow", "output"): 1.0}
+UNUSUAL = {
+    ("backlash", "input"): 4.0,
+    ("overflow", "output"): 1.0,
+    # A search over hundreds of frequencies finds one in any noise.
+    ("periodic_disturbance", ""): 13.0,
+    ("periodic_disturbance", "input"): 13.0,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +90,17 @@ class Bench:
         found = [noise_floor(p.measured, gap) for p, gap in zip(self.problems, gaps, strict=False) if gap is not None]
         return tuple(sigma**2 for sigma in found)
 
-    def misfit(self, explanation: "Explanation", floors: tuple[float, ...]) -> float:
-        """Sum of squares over each run's own noise; as many as samples where nothing but noise is left."""
-        total = 0.0
+    def misfits(self, explanation: "Explanation", floors: tuple[float, ...]) -> list[float]:
+        """Each run's sum of squares over its own noise; as many as samples where nothing but noise is left."""
+        found = []
         for problem, power, floor in zip(self.problems, explanation.powers, floors, strict=True):
             negligible = (NEGLIGIBLE * problem.signal) ** 2
-            total += (power + len(problem.measured) * negligible) / (floor + negligible)
-        return total
+            found.append((power + len(problem.measured) * negligible) / (floor + negligible))
+        return found
+
+    def misfit(self, explanation: "Explanation", floors: tuple[float, ...]) -> float:
+        """Their sum."""
+        return sum(self.misfits(explanation, floors))
 
     def noise(self, floors: tuple[float, ...]) -> float:
         """What noise alone leaves of `misfit`: samples, less those that windows' offsets take."""
@@ -111,7 +121,11 @@ def penalised(bench: Bench, explanation: Explanation, samples: float, floors: tu
     fit = explanation.fit
     unusual = sum(UNUSUAL.get((e.name, e.at.value if e.at else ""), 0.0) for e in fit.path.effects)
     complexity = fit.freedoms * np.log(max(samples, 2.0)) + unusual
-    return float(samples * np.log(bench.misfit(explanation, floors) / bench.count) + fit.penalty + complexity)
+    # Each run with a variance of its own: one waveform on which a form fails does not outweigh another it explains.
+    lengths = [len(problem.measured) for problem in bench.problems]
+    gaps = zip(bench.misfits(explanation, floors), lengths, strict=True)
+    level = sum(n / bench.count * np.log(misfit / n) for misfit, n in gaps)
+    return float(samples * level + fit.penalty + complexity)
 
 
 def fit_null(bench: Bench, path: PathSpec) -> Explanation:
@@ -134,9 +148,13 @@ def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate, hasty: 
     starts = [h.start() for h in hypotheses]
     # A null refit may have bent the nominal parameters far off to hide the effect: begin from the given ones too.
     centres = np.array([term.centre for term in bench.nominal])
-    starts += [np.concatenate([centres, x[len(centres) :]]) for x in starts]
-    keep, iterations = (1, 3) if hasty else (3, bench.iterations)
-    fit = fit_hypothesis(problem, hypotheses[0], starts, iterations, keep)
+    near = [np.concatenate([centres, x[len(centres) :]]) for x in starts]
+    if hasty:
+        fit = fit_hypothesis(problem, hypotheses[0], starts + near, 3, 1)
+    else:
+        groups = ((starts, 2), (near, 2))
+        fits = [fit_hypothesis(problem, hypotheses[0], group, bench.iterations, keep) for group, keep in groups]
+        fit = min(fits, key=lambda f: f.fitted.cost)
     plain = bench.explained(fit, added, freed)
     if hasty or not candidate.optional:
         return plain
@@ -183,3 +201,28 @@ def scan(bench: Bench, bases: Iterable[Explanation], most: int = 0) -> list[Expl
         if key not in best or explanation.fit.fitted.cost < best[key].fit.fitted.cost:
             best[key] = explanation
     return sorted(best.values(), key=lambda e: (e.fit.fitted.cost, e.added))
+
+
+def _without(bench: Bench, explanation: Explanation, name: str) -> Explanation:
+    """An explanation less one effect, the others as they were fitted beside it."""
+    fit = explanation.fit
+    path = fit.path.model_copy(update={"effects": tuple(e for e in fit.path.effects if e.name != name)})
+    residual = bench.problem.residual(path)
+    bare = replace(fit, path=path, residual=residual, rss=float(residual @ residual) / bench.problem.sigma**2)
+    freed = {key: value for key, value in explanation.freed.items() if key != name}
+    return bench.explained(bare, tuple(n for n in explanation.added if n != name), freed)
+
+
+def exchange(bench: Bench, leader: Explanation, most: int) -> list[Explanation]:
+    """Every candidate in place of each of a set's effects: the order they were found in may have misled the search."""
+    return scan(bench, [_without(bench, leader, name) for name in leader.added], most) if len(leader.added) > 1 else []
+
+
+def distinct(known: Iterable[Explanation]) -> list[Explanation]:
+    """The best explanation of each set of names, in the order the sets came."""
+    best: dict[tuple[str, ...], Explanation] = {}
+    for explanation in known:
+        key = tuple(sorted(explanation.added))
+        if key not in best or (key and explanation.fit.fitted.cost < best[key].fit.fitted.cost):
+            best[key] = explanation
+    return list(best.values())

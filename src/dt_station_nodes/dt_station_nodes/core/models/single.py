@@ -69,18 +69,37 @@ class PathSimulator:
                 states = states + self._moving(own.linear, states)
             state[own.state_at : own.state_at + states.size] = states
         load = self.load_pa if len(self.load_pa) else np.full(len(self.voltage_v), self.rest_pa)
-        outputs = np.empty_like(self._voltages)
-        kernel.run(
-            pressure.numbers,
-            pressure.places,
-            position.numbers,
-            position.places,
-            np.array([self.sample_time_s, float(steps), 1.0]),
-            state,
-            self._voltages,
-            _NONE if is_pressure else load,
-            np.zeros(2 * CONTEXT_SIZE),
-            np.zeros(max(pressure.size, position.size, 1)),
-            outputs,
-        )
-        return outputs[:, 0 if is_pressure else 1].copy()
+        timing = np.array([self.sample_time_s, float(steps), 1.0])
+        scratch = np.zeros(max(pressure.size, position.size, 1))
+
+        def run(voltages: Array, measured: Array) -> Array:
+            outputs = np.empty_like(voltages)
+            kernel.run(
+                pressure.numbers,
+                pressure.places,
+                position.numbers,
+                position.places,
+                timing,
+                state,
+                voltages,
+                _NONE if is_pressure else measured,
+                np.zeros(2 * CONTEXT_SIZE),
+                scratch,
+                outputs,
+            )
+            return outputs[:, 0 if is_pressure else 1].copy()
+
+        if path.effects and self.first_velocity is None:
+            # Lags, delays and loops remember the voltage that held the path standing, not the first of the run.
+            before = state.copy()
+            run(np.full((1, 2), self._holding(path)), load[:1])
+            memory_at = own.state_at + own.linear.b.size + int(own.places[kernel.AWAY_STATES])
+            state[:memory_at] = before[:memory_at]
+        return run(self._voltages, load)
+
+    def _holding(self, path: PathSpec) -> float:
+        """Voltage (V) at which the path stands at `first`."""
+        if path.denominator[-1] == 0.0 or path.numerator[-1] == 0.0:
+            return 0.0
+        static = path.scale * path.gain * path.numerator[-1] / path.denominator[-1]
+        return (self.first - path.rest) / static if static else 0.0

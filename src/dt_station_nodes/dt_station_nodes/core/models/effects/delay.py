@@ -14,7 +14,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
             s[j] = value
     head = int(s[512])
     s[head] = value
-    behind = min(max(p[0] / c[SUBSTEP], 0.0), 510.0)
+    behind = min(max(p[0] * (1.0 + p[1] * abs(value)) / c[SUBSTEP], 0.0), 510.0)
     whole = int(behind)
     part = behind - whole
     recent = s[(head - whole) % 512]
@@ -27,7 +27,18 @@ EFFECT = Effect(
     name="delay",
     sentence="The voltage takes a dead time to act.",
     attachment=Attachment.INPUT,
-    parameters=(Parameter("delay_s", Quantity.TIME, "dead time", 0.0, 1.0, (0.01, 0.03, 0.07, 0.15)),),
+    parameters=(
+        Parameter("delay_s", Quantity.TIME, "dead time", 0.0, 1.0, (0.01, 0.03, 0.07, 0.15)),
+        Parameter(
+            "stretch_per_v",
+            Quantity.RATIO,
+            "how much longer the delay is per volt, as flow speeds or slows it",
+            -0.3,
+            0.3,
+            (-0.03,),
+            optional=True,
+        ),
+    ),
     step=_step,
     check="Apply a step and time the first movement; look at the card's buffering, bus cycles and long hoses.",
     source="dead time as a ring of sub-steps with linear interpolation",

@@ -2,18 +2,18 @@
 
 import math
 
-from ..compiled import INJECTION, LOAD, REST, Doubles, effect_step
+from ..compiled import INJECTION, LOAD, OUTPUT, REST, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    coefficient, turbulence, base = p[0], p[1], p[2]
+    coefficient, turbulence, base, sag = p[0], p[1], p[2], p[3]
     pressure = c[LOAD] + c[REST] * (1.0 - base)
     laminar = pressure
     # The turbulent law is scaled to meet the laminar one at the rest pressure.
     turbulent = math.copysign(math.sqrt(abs(pressure) * max(c[REST], 1.0)), pressure)
-    c[INJECTION] -= coefficient * ((1.0 - turbulence) * laminar + turbulence * turbulent)
+    c[INJECTION] -= coefficient * ((1.0 - turbulence) * laminar + turbulence * turbulent) + sag * c[OUTPUT]
     return value
 
 
@@ -33,6 +33,15 @@ EFFECT = Effect(
             0.0,
             2.0,
             (1.0,),
+            optional=True,
+        ),
+        Parameter(
+            "sag_per_s",
+            Quantity.RATE,
+            "rate at which the output sags back to its rest under its own load",
+            0.0,
+            2.0,
+            (0.0, 0.05, 0.3),
             optional=True,
         ),
     ),

@@ -24,10 +24,22 @@ EFFECT = Effect(
     attachment=Attachment.INPUT,
     parameters=(
         Parameter(
-            "upper_v", Quantity.INPUT, "highest voltage that still counts", -1.5, 3.0, (0.5, 0.9, 1.3), neutral=1e9
+            "upper_v",
+            Quantity.INPUT,
+            "highest voltage that still counts",
+            -1.5,
+            3.0,
+            (0.06, 0.15, 0.3, 0.5, 0.9, 1.3),
+            neutral=1e9,
         ),
         Parameter(
-            "lower_v", Quantity.INPUT, "lowest voltage that still counts", -3.0, 1.5, (-1.3, -0.9, -0.5), neutral=-1e9
+            "lower_v",
+            Quantity.INPUT,
+            "lowest voltage that still counts",
+            -3.0,
+            1.5,
+            (-1.3, -0.9, -0.5, -0.3, -0.15, -0.06),
+            neutral=-1e9,
         ),
         Parameter(
             "rounding_v", Quantity.INPUT, "voltage over which the corners are rounded", 0.0, 0.5, (0.05,), optional=True
