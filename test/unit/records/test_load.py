@@ -203,3 +203,15 @@ def test_the_shipped_maps_read_the_measured_data(name: str, file: str, rows: int
     assert len(run) == rows
     assert run.sample_time_s == step
     assert len(run.channels()) == 1
+
+
+@pytest.mark.parametrize("cell", ["", "nan"])
+def test_a_setpoint_column_without_a_number_is_no_setpoint(tmp_path, cell):
+    rows = "".join(f"{0.02 * k:.2f},{cell},0.5,{1e6 + k},\n" for k in range(5))
+    path = tmp_path / "open.csv"
+    header = "time_s,pressure_setpoint_pa,load_voltage_v,pressure_pa,position_setpoint_m\n"
+    path.write_text(header + rows)
+    assert set(load_run(path).signals) == {"load_voltage_v", "pressure_pa"}
+    path.write_text(header + rows.replace(f"0.04,{cell},", "0.04,2e6,"))
+    with pytest.raises(RecordError, match="pressure_setpoint_pa.*row 1"):
+        load_run(path)

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .candidates import in_vocabulary
-from .choice import Measure, alternatives, best_set, take_measure
+from .choice import Measure, alternatives, best_set, certain, take_measure
+from .neighbours import distinct, exchange, reduced
 from .noise import effective_samples, whiteness
 from .problem import Problem
 from .result import Verdict
-from .selection import NEGLIGIBLE, Bench, Explanation, Progress, distinct, exchange, fit_null, scan
+from .selection import Bench, Explanation, Progress, fit_null, scan
 from .settings import DiscoverySettings
 from .terms import nominal_terms
 
@@ -102,6 +103,10 @@ def examine(
             known += scan(bench, inside[:BEAM], MOST)
         inside = [e for e in known if e.inside and e.added]
         known = distinct([*known, *exchange(bench, min(inside, key=take_measure(bench, known).score), MOST)])
+        for size in range(settings.max_effects, 1, -1):
+            measure = take_measure(bench, known)
+            larger = sorted((e for e in known if e.inside and len(e.added) == size), key=measure.score)
+            known = distinct([*known, *reduced(bench, larger[:BEAM])])
     except KeyboardInterrupt:
         interrupted = True
     return _decide(bench, given, null, known, interrupted)
@@ -110,12 +115,12 @@ def examine(
 def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> Verdict:
     """The verdict where no effect earns a name."""
     problem = bench.problem
-    over = measure.left(null)
+    over = measure.left(null) if measure.seen(null) else 0.0
     unlike_noise = whiteness(null.fit.residual) > NOT_WHITE
     if over > 1.0 * measure.noise or (over > 0.25 * measure.noise and unlike_noise):
         return Verdict.UNEXPLAINED
     count = len(problem.measured)
-    negligible = (NEGLIGIBLE * problem.signal) ** 2
+    negligible = problem.negligible**2
     ratio = (float(given @ given) / count + negligible) / (null.powers[0] / count + negligible)
     worth = effective_samples(null.fit.residual)
     refit = worth * np.log(ratio) - null.fit.freedoms * np.log(worth)
@@ -124,7 +129,7 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> 
 
 def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanation], interrupted: bool) -> Finding:
     measure = take_measure(bench, known)
-    best = best_set(null, known, measure)
+    best = best_set(null, known, measure) if measure.seen(null) else null
     mine = measure.score(best)
     gap = max(measure.left(null), 1e-9)
     left = measure.left(best)
@@ -135,7 +140,9 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         ahead = [e for behind, e in scored if not e.inside and behind < -SAME and len(e.added) <= len(best.added)]
         if ahead:
             rival = next(name for name in ahead[0].added if not in_vocabulary(name))
-        peers = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]
+        rivals = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]
+        # One that is there only in name, its effect fitted to nothing, is no other explanation.
+        peers = [p for p in rivals if p[0] > SAME or certain(p[1], measure)]
         share = ROUGH_SHARE if measure.rough else LEFT_SHARE
         if not measure.rough and min(measure.left(e) for e in known) > NOBODY_LEAVES * left:
             share = REAL_SHARE

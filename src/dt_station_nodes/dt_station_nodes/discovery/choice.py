@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from ..core.models.effects import registry
 from .problem import Problem
 from .selection import Bench, Explanation, penalised
-from .terms import refits_all
 
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
+SEEN = 2.0  # times what the load's measurement errs by: less is no gap
 ROUGH_GAIN = 0.025  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
 SMALL_SHARE = 0.02  # one that is worth less of the gap
-SMALL_LEAVES = 0.12  # must leave next to nothing of it
+SMALL_LEAVES = 0.05  # must leave next to nothing of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +37,18 @@ class Measure:
         """What an explanation leaves beyond noise."""
         return max(self.bench.misfit(explanation, self.floors) - self.noise, 0.0)
 
+    def seen(self, explanation: Explanation) -> bool:
+        """Whether an explanation leaves, on any run, clearly more than the measured load's own errors could."""
+        for problem, power, floor in zip(self.bench.problems, explanation.powers, self.floors, strict=True):
+            if power / len(problem.measured) - floor > (SEEN * problem.inherited) ** 2:
+                return True
+        return False
+
 
 def take_measure(bench: Bench, known: list[Explanation]) -> Measure:
     """The measure that the best explanation so far gives."""
     nearest = min(known, key=lambda e: e.fit.rss)
-    return Measure(bench, bench.floors(nearest), bench.worth(nearest), refits_all(nearest.fit.path))
+    return Measure(bench, bench.floors(nearest), bench.worth(nearest), bench.rough)
 
 
 def alternatives(
@@ -68,7 +75,7 @@ def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> E
         tier = [e for e in known if e.inside and len(e.added) == size]
         if not tier:
             break
-        leader = next((e for e in sorted(tier, key=measure.score) if _certain(e, measure)), None)
+        leader = next((e for e in sorted(tier, key=measure.score) if certain(e, measure)), None)
         if leader is None:
             break
         won = measure.score(best) - measure.score(leader)
@@ -79,7 +86,7 @@ def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> E
     return best
 
 
-def _certain(explanation: Explanation, measure: Measure) -> bool:
+def certain(explanation: Explanation, measure: Measure) -> bool:
     """Whether each effect added has a parameter whose 95 % interval excludes the value that changes nothing.
 
     The shape parameters are held: they trade against the effect's size without making its presence doubtful.
@@ -91,7 +98,7 @@ def _certain(explanation: Explanation, measure: Measure) -> bool:
         for index, term in enumerate(fit.hypothesis.terms)
         if term.effect >= 0
     }
-    held = [index for index, parameter in parameters.items() if parameter.optional]
+    held = [index for index, parameter in parameters.items() if parameter.optional and not parameter.acts_alone]
     covariance = fit.fitted.covariance(samples, len(fit.residual), held)
     sure = set()
     for index, parameter in parameters.items():

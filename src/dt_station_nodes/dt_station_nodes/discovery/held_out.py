@@ -1,6 +1,7 @@
 """Blocks held out of the fit in turn: what an explanation says of samples that its numbers were not tuned on."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +21,7 @@ def held_out_power(problem: Problem, fit: Fit) -> float:
     edges = np.linspace(0, samples, FOLDS + 1).round().astype(np.int64)
     hypothesis = replace(fit.hypothesis, path=fit.path)
     total = 0.0
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in pairwise(edges):
         mask = np.ones(samples)
         mask[start:stop] = 0.0
         found = fit_hypothesis(problem, hypothesis, [fit.fitted.x], ITERATIONS, mask=mask)

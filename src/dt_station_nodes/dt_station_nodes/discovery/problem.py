@@ -1,7 +1,7 @@
 """One channel of one run as a fitting problem: its residual, and its scale of every quantity."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from ..core.channels import Channel
 from ..core.models import ModelSpec, PathSimulator, PathSpec
 from ..core.models.effects import Attachment, Parameter, Quantity
 from ..core.run import Run
+from .condense import slowest_s
 from .noise import difference_noise
 from .settings import DiscoverySettings
 from .terms import Term
@@ -24,7 +25,8 @@ class Problem:
 
     `weights` (n,) are 0 where a sample says nothing (start-up, frozen sensor), else 1; `signal` is the
     standard deviation of the compared part of the measured signal; `scales` the run's range of each quantity;
-    `excitations_hz` the fundamentals of what drives the run, where it is periodic.
+    `excitations_hz` the fundamentals of what drives the run, where it is periodic; `inherited` what the noise and the
+    coarse sampling of the measured load leave in any simulation driven by it.
     """
 
     channel: Channel
@@ -36,11 +38,17 @@ class Problem:
     signal: float
     scales: Mapping[Quantity, float]
     excitations_hz: tuple[float, ...] = ()
+    inherited: float = 0.0
 
     @property
     def sigma(self) -> float:
         """Size of a residual that counts as nothing: noise and a trace of form error."""
-        return float(np.hypot(self.noise, 0.002 * self.signal))
+        return float(np.sqrt(self.noise**2 + (0.002 * self.signal) ** 2 + self.inherited**2))
+
+    @property
+    def negligible(self) -> float:
+        """Size of a residual that no one would call a gap, noise apart."""
+        return float(np.hypot(NEGLIGIBLE * self.signal, self.inherited))
 
     def residual(self, path: PathSpec) -> Array:
         """Measured minus simulated, offsets of anchored windows taken out, shape (n,)."""
@@ -53,15 +61,35 @@ class Problem:
         return self.windows.project(gap) * self.weights
 
 
-# Long windows see slow effects, short ones keep drift from swamping the rest.
-_LONGEST_WINDOW_S = 3.0
-_SHORTEST_WINDOW_S = 0.1
+# A residual below this share of the signal is form error that no one would call a gap.
+NEGLIGIBLE = 1e-3
+# Long windows see slow effects, short ones keep drift from swamping the rest: as many samples, up to
+# so long a time, and more only as long as noise hides what moves within a window.
 _WINDOW_SAMPLES = 150
+_LONGEST_WINDOW_S = 3.0
+_TELLING = 100.0
+# A run that does not begin at rest is compared from where its beginning is forgotten, time constants; at most
+# so many seconds, or so much of a long run.
+_FORGOTTEN = 7.0
+_SETTLING_S = 0.4
+_SETTLING_SHARE = 0.02
 
 
 def integrates(path: PathSpec) -> bool:
     """Whether the path has a pole at zero."""
     return path.denominator[-1] == 0.0
+
+
+def telling_window(measured: Array, sample_time_s: float, noise: float) -> float:
+    """Length (s) of the shortest windows in which an integrating output moves well above its noise."""
+    longest = max(_LONGEST_WINDOW_S, _WINDOW_SAMPLES * sample_time_s)
+    length = _WINDOW_SAMPLES * sample_time_s
+    while length < longest:
+        moved = make_windows(len(measured), sample_time_s, length, True).project(measured)
+        if float(np.std(moved)) >= _TELLING * noise:
+            break
+        length = min(2.0 * length, longest)
+    return length
 
 
 def _scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quantity, float]:
@@ -126,6 +154,24 @@ def _first_velocity(measured: Array, sample_time_s: float, path: PathSpec, sampl
     return slope if abs(slope) > 4.0 * float(covariance[1, 1]) ** 0.5 else None
 
 
+def _inherited(simulator: PathSimulator, path: PathSpec, windows: Windows) -> float:
+    """What noise and sampling of the measured load leave in a simulation: it drives the path, and is known so well."""
+    load = simulator.load_pa
+    if not len(load):
+        return 0.0
+    count = np.arange(len(load))
+
+    def answer(other: Array) -> Array:
+        return windows.project(replace(simulator, load_pa=np.ascontiguousarray(other)).simulate(path))
+
+    as_given = answer(load)
+    hiss = difference_noise(load) * np.random.default_rng(7).standard_normal(len(load))
+    noisy = float(np.std(answer(load + hiss) - as_given))
+    # Interpolation errs with the square of the step: a quarter of what twice the step adds, doubled for corners.
+    coarse = float(np.std(answer(np.interp(count, count[::2], load[::2])) - as_given))
+    return float(np.hypot(noisy, 0.5 * coarse))
+
+
 def make_problem(
     run: Run, spec: ModelSpec, channel: Channel, settings: DiscoverySettings, frozen: NDArray[np.bool_] | None = None
 ) -> Problem:
@@ -137,17 +183,18 @@ def make_problem(
     rest = 0.0 if pressure_path is None else pressure_path.rest
     pressure = run.get(Channel.PRESSURE.signal)
     load = np.zeros(0) if channel is Channel.PRESSURE or pressure is None else np.ascontiguousarray(pressure)
-    window_s = settings.window_s or min(_LONGEST_WINDOW_S, max(_SHORTEST_WINDOW_S, _WINDOW_SAMPLES * run.sample_time_s))
-    windows = make_windows(len(run), run.sample_time_s, window_s, integrates(path))
-    weights = np.ones(len(run))
-    noise = difference_noise(measured)
     anchored = integrates(path)
+    noise = difference_noise(measured)
+    window_s = settings.window_s or telling_window(measured, run.sample_time_s, noise)
+    windows = make_windows(len(run), run.sample_time_s, window_s, anchored)
+    weights = np.ones(len(run))
     standing = path.rest + 0.0
     first = float(measured[0])
     if not anchored and abs(first - standing) <= 5.0 * noise + 1e-3 * float(np.ptp(measured)):
         first = standing
     elif not anchored:
-        weights[: max(1, round(0.4 / run.sample_time_s))] = 0.0
+        settling = min(_FORGOTTEN * slowest_s(path), max(_SETTLING_S, _SETTLING_SHARE * len(run) * run.sample_time_s))
+        weights[: max(1, round(settling / run.sample_time_s))] = 0.0
     if frozen is not None:
         weights[frozen] = 0.0
     compared = windows.project(measured) if anchored else measured - measured.mean()
@@ -163,6 +210,7 @@ def make_problem(
         float(np.std(compared)),
         _scales(run, channel, path, load),
         _excitations(run),
+        _inherited(simulator, path, windows),
     )
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .candidates import Candidate, Freed, hypothesis, in_vocabulary, library, plain_starts, refined_starts
+from .held_out import held_out_power
 from .hypothesis_fit import Fit, fit_hypothesis
 from .noise import effective_samples, noise_floor
 from .problem import Problem
@@ -19,23 +20,28 @@ Progress = Callable[[str], None]
 Task = tuple["Explanation", Candidate]
 
 
-# A residual below this share of the signal is form error that no one would call a gap.
-NEGLIGIBLE = 1e-3
 # Twice the log prior odds against forms that are rarely what a name means.
 UNUSUAL = {
     ("backlash", "input"): 4.0,
+    # Play in a linkage shows in a position; a pressure has none.
+    ("backlash", "pressure"): 12.0,
     ("overflow", "output"): 1.0,
     # A search over hundreds of frequencies finds one in any noise.
-    ("periodic_disturbance", ""): 13.0,
+    ("periodic_disturbance", "position"): 13.0,
+    ("periodic_disturbance", "pressure"): 13.0,
     ("periodic_disturbance", "input"): 13.0,
 }
+
+
+_MOST_AFRESH = 150
 
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
     """A set of effects fitted to a channel. `freed`: the parameters of each that the fit moved.
 
-    `powers`: sum of squares (unit^2) on the run and on the validation run, which the fit has not seen.
+    `powers`: sum of squares (unit^2) on the run and on the validation run, which the fit has not seen; where
+    `held`, the run's is that of blocks held out of the fit in turn.
     """
 
     fit: Fit
@@ -43,6 +49,7 @@ class Explanation:
     freed: Freed
     powers: tuple[float, ...]
     unseen: Array | None = None
+    held: bool = False
 
     @property
     def inside(self) -> bool:
@@ -66,6 +73,11 @@ class Bench:
         return 10 if len(self.nominal) <= 3 else 30
 
     @property
+    def rough(self) -> bool:
+        """Whether a whole linear path is refitted to data that no model of ours reaches the noise of."""
+        return any(term.name.startswith("denominator_") for term in self.nominal)
+
+    @property
     def problems(self) -> tuple[Problem, ...]:
         """The run's problem, and the validation run's where there is one."""
         return (self.problem,) if self.check is None else (self.problem, self.check)
@@ -84,6 +96,13 @@ class Bench:
             powers.append(float(unseen @ unseen))
         return Explanation(fit, added, freed, tuple(powers), unseen)
 
+    def judged(self, explanation: "Explanation") -> "Explanation":
+        """As it is judged: where data are rough, by what it says of blocks held out of the fit."""
+        if not self.rough or explanation.held:
+            return explanation
+        power = held_out_power(self.problem, explanation.fit)
+        return replace(explanation, powers=(power, *explanation.powers[1:]), held=True)
+
     def floors(self, explanation: "Explanation") -> tuple[float, ...]:
         """Each run's noise power (unit^2), seen in an explanation's residuals; runs may differ in noise."""
         gaps = (explanation.fit.residual, explanation.unseen)
@@ -94,7 +113,7 @@ class Bench:
         """Each run's sum of squares over its own noise; as many as samples where nothing but noise is left."""
         found = []
         for problem, power, floor in zip(self.problems, explanation.powers, floors, strict=True):
-            negligible = (NEGLIGIBLE * problem.signal) ** 2
+            negligible = problem.negligible**2
             found.append((power + len(problem.measured) * negligible) / (floor + negligible))
         return found
 
@@ -107,7 +126,7 @@ class Bench:
         total = float(self.count)
         for problem, floor in zip(self.problems, floors, strict=True):
             lost = len(problem.measured) - float(problem.weights.sum()) + problem.windows.freedoms
-            total -= lost * floor / (floor + (NEGLIGIBLE * problem.signal) ** 2)
+            total -= lost * floor / (floor + problem.negligible**2)
         return total
 
     def worth(self, explanation: "Explanation") -> float:
@@ -119,8 +138,10 @@ class Bench:
 def penalised(bench: Bench, explanation: Explanation, samples: float, floors: tuple[float, ...]) -> float:
     """Twice the negative log-likelihood with `samples` effective samples, priors and complexity (BIC) included."""
     fit = explanation.fit
-    unusual = sum(UNUSUAL.get((e.name, e.at.value if e.at else ""), 0.0) for e in fit.path.effects)
-    complexity = fit.freedoms * np.log(max(samples, 2.0)) + unusual
+    places = [(e.name, e.at.value if e.at else bench.problem.channel.value) for e in fit.path.effects]
+    unusual = sum(UNUSUAL.get(place, 0.0) for place in places)
+    # What held-out blocks say has paid for its freedoms already.
+    complexity = unusual + (0.0 if explanation.held else fit.freedoms * np.log(max(samples, 2.0)))
     # Each run with a variance of its own: one waveform on which a form fails does not outweigh another it explains.
     lengths = [len(problem.measured) for problem in bench.problems]
     gaps = zip(bench.misfits(explanation, floors), lengths, strict=True)
@@ -131,7 +152,7 @@ def penalised(bench: Bench, explanation: Explanation, samples: float, floors: tu
 def fit_null(bench: Bench, path: PathSpec) -> Explanation:
     """The path with its nominal parameters alone refitted."""
     fit = fit_hypothesis(bench.problem, Hypothesis(path, bench.nominal), iterations=12)
-    return bench.explained(fit, (), {})
+    return bench.judged(bench.explained(fit, (), {}))
 
 
 def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate, hasty: bool = False) -> Explanation:
@@ -152,12 +173,14 @@ def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate, hasty: 
     if hasty:
         fit = fit_hypothesis(problem, hypotheses[0], starts + near, 3, 1)
     else:
-        groups = ((starts, 2), (near, 2))
+        groups = [(starts, 2), (near, 2)]
+        if len(base.added) == 1:
+            groups.append((_afresh(bench, base, candidate, hypotheses[0]), 2))
         fits = [fit_hypothesis(problem, hypotheses[0], group, bench.iterations, keep) for group, keep in groups]
         fit = min(fits, key=lambda f: f.fitted.cost)
     plain = bench.explained(fit, added, freed)
     if hasty or not candidate.optional:
-        return plain
+        return plain if hasty else bench.judged(plain)
     freed = {**base_freed, candidate.name: candidate.required + candidate.optional}
     paths = refined_starts(problem, fit.path, candidate, base.fit.residual)
     hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
@@ -165,7 +188,26 @@ def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate, hasty: 
     refined = bench.explained(finer, added, freed)
     samples = bench.worth(refined)
     floors = bench.floors(refined)
-    return min(plain, refined, key=lambda e: penalised(bench, e, samples, floors))
+    return min(bench.judged(plain), bench.judged(refined), key=lambda e: penalised(bench, e, samples, floors))
+
+
+def _afresh(bench: Bench, base: Explanation, candidate: Candidate, like: Hypothesis) -> list[Array]:
+    """Starts of a pair that forget what its first member was alone: there it had to do the work of both."""
+    path, problem = base.fit.path, bench.problem
+    index = next(i for i, effect in enumerate(path.effects) if effect.name == base.added[0])
+    former = Candidate(base.added[0], path.effects[index].at)
+    bare = path.model_copy(update={"effects": path.effects[:index] + path.effects[index + 1 :]})
+    centres = np.array([term.centre for term in bench.nominal])
+    found: list[Array] = []
+    for one in plain_starts(problem, bare, former, base.fit.residual):
+        paths = plain_starts(problem, one, candidate, base.fit.residual)
+        for both in paths:
+            by_name = {effect.name: effect for effect in both.effects}
+            ordered = both.model_copy(update={"effects": tuple(by_name[e.name] for e in like.path.effects)})
+            x = Hypothesis(ordered, like.terms).start()
+            found.append(np.concatenate([centres, x[len(centres) :]]))
+    stride = -(-len(found) // _MOST_AFRESH)
+    return found[::stride]
 
 
 def _each(bench: Bench, tasks: Sequence[Task], hasty: bool) -> list[Explanation]:
@@ -201,28 +243,3 @@ def scan(bench: Bench, bases: Iterable[Explanation], most: int = 0) -> list[Expl
         if key not in best or explanation.fit.fitted.cost < best[key].fit.fitted.cost:
             best[key] = explanation
     return sorted(best.values(), key=lambda e: (e.fit.fitted.cost, e.added))
-
-
-def _without(bench: Bench, explanation: Explanation, name: str) -> Explanation:
-    """An explanation less one effect, the others as they were fitted beside it."""
-    fit = explanation.fit
-    path = fit.path.model_copy(update={"effects": tuple(e for e in fit.path.effects if e.name != name)})
-    residual = bench.problem.residual(path)
-    bare = replace(fit, path=path, residual=residual, rss=float(residual @ residual) / bench.problem.sigma**2)
-    freed = {key: value for key, value in explanation.freed.items() if key != name}
-    return bench.explained(bare, tuple(n for n in explanation.added if n != name), freed)
-
-
-def exchange(bench: Bench, leader: Explanation, most: int) -> list[Explanation]:
-    """Every candidate in place of each of a set's effects: the order they were found in may have misled the search."""
-    return scan(bench, [_without(bench, leader, name) for name in leader.added], most) if len(leader.added) > 1 else []
-
-
-def distinct(known: Iterable[Explanation]) -> list[Explanation]:
-    """The best explanation of each set of names, in the order the sets came."""
-    best: dict[tuple[str, ...], Explanation] = {}
-    for explanation in known:
-        key = tuple(sorted(explanation.added))
-        if key not in best or (key and explanation.fit.fitted.cost < best[key].fit.fitted.cost):
-            best[key] = explanation
-    return list(best.values())

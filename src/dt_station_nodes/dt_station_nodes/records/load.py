@@ -2,6 +2,9 @@
 
 from pathlib import Path
 
+import numpy as np
+
+from ..core.channels import Channel
 from ..core.run import SIGNALS, Run
 from .bagrun import run_from_bag
 from .datamap import DataMap, TableFormat, load_map
@@ -10,6 +13,8 @@ from .grid import check_finite, even_grid
 from .matfile import read_variables
 from .tables import TIME, Columns, column_names, read_columns
 from .units import FACTORS, factor_to_si
+
+SETPOINTS = tuple(channel.setpoint_signal for channel in Channel)
 
 
 def load_run(path: str | Path, data_map: DataMap | str | Path | None = None) -> Run:
@@ -39,9 +44,11 @@ def _own(path: Path) -> Run:
     present = tuple(name for name in SIGNALS if name in header)
     if TIME in header and not present:
         raise RecordError(f"{path}: none of the columns {', '.join(SIGNALS)}; give a data map (--map)")
-    columns = read_columns(path, (TIME, *present))
+    columns = read_columns(path, (TIME, *present), may_be_empty=SETPOINTS)
     signals = {name: columns[name] for name in present}
     start, step = even_grid(columns[TIME], str(path), TIME)
+    # Where a loop is open there is no set-point to write down.
+    signals = {name: v for name, v in signals.items() if name not in SETPOINTS or not np.isnan(v).all()}
     for name, values in signals.items():
         check_finite(values, str(path), name)
     return Run(step, signals, start, str(path))

@@ -19,11 +19,11 @@ def column_names(path: Path) -> list[str]:
     return _header(path)[0]
 
 
-def read_columns(path: Path, wanted: tuple[str, ...]) -> Columns:
+def read_columns(path: Path, wanted: tuple[str, ...], may_be_empty: tuple[str, ...] = ()) -> Columns:
     """The wanted columns of a CSV file with a header line.
 
-    Values may be NaN or infinite; text that is no number raises RecordError with its column and row
-    (from 1, below the header).
+    Values may be NaN or infinite, and so are empty cells of columns that `may_be_empty`; text that is no number
+    raises RecordError with its column and row (from 1, below the header).
     """
     header, delimiter = _header(path)
     for name in wanted:
@@ -38,7 +38,7 @@ def read_columns(path: Path, wanted: tuple[str, ...]) -> Columns:
                 file, delimiter=delimiter, skiprows=1, usecols=places, ndmin=2, quotechar='"', comments=None
             )
     except (ValueError, IndexError, UnicodeDecodeError):
-        table = _read_slowly(path, delimiter, wanted, places)
+        table = _read_slowly(path, delimiter, wanted, places, may_be_empty)
     if len(table) == 0:
         raise RecordError(f"{path}: no rows below the header")
     return {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(wanted)}
@@ -66,8 +66,10 @@ def _unit_hint(name: str, header: list[str]) -> str:
     return f"; {near[0]!r} has another unit, convert it or give a data map" if near else ""
 
 
-def _read_slowly(path: Path, delimiter: str, names: tuple[str, ...], places: list[int]) -> NDArray[np.float64]:
-    """Row by row, to find the value that is no number; empty cells count as such."""
+def _read_slowly(
+    path: Path, delimiter: str, names: tuple[str, ...], places: list[int], may_be_empty: tuple[str, ...]
+) -> NDArray[np.float64]:
+    """Row by row, to find the value that is no number; empty cells count as such unless they may be."""
     rows = []
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -75,20 +77,25 @@ def _read_slowly(path: Path, delimiter: str, names: tuple[str, ...], places: lis
                 if number == 0 or not any(cell.strip() for cell in cells):
                     continue
                 rows.append(
-                    [_number(path, cells, place, name, number) for place, name in zip(places, names, strict=True)]
+                    [
+                        _number(path, cells, place, name, number, name in may_be_empty)
+                        for place, name in zip(places, names, strict=True)
+                    ]
                 )
     except (UnicodeDecodeError, csv.Error):
         raise RecordError(f"{path}: row {len(rows) + 1}: this is no CSV text") from None
     return np.array(rows, dtype=np.float64).reshape(-1, len(places))
 
 
-def _number(path: Path, cells: list[str], place: int, name: str, row: int) -> float:
+def _number(path: Path, cells: list[str], place: int, name: str, row: int, may_be_empty: bool) -> float:
     if place >= len(cells):
         raise RecordError(f"{path}: column {name!r}, row {row}: the row ends before this column")
     try:
         return float(cells[place])
     except ValueError:
         text = cells[place].strip()
+        if may_be_empty and not text:
+            return float("nan")
         what = f"{text!r} is no number" if text else "the cell is empty"
         raise RecordError(f"{path}: column {name!r}, row {row}: {what}") from None
 

@@ -42,7 +42,8 @@ class Parameter:
 
     `lower`, `upper` and `starts` are multiples of the run's scale of `quantity` (1 for ratios, seconds, hertz and
     radians); `neutral` is the value, in the parameter's own unit, at which it changes nothing. An `optional`
-    parameter refines the form and stays neutral unless a model sets it or a fit frees it.
+    parameter refines the form and stays neutral unless a model sets it or a fit frees it; one that `acts_alone` is the
+    effect's presence by itself, whatever the required ones are.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Parameter:
     starts: tuple[float, ...]
     neutral: float = 0.0
     optional: bool = False
+    acts_alone: bool = False
 
     def unit(self, channel: Channel, at: "Attachment | None" = None) -> str:
         """Unit on a channel, with the channel's own unit in place of `output`."""

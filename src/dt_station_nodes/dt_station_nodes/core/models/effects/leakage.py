@@ -2,6 +2,7 @@
 
 import math
 
+from ...channels import Channel
 from ..compiled import INJECTION, LOAD, OUTPUT, REST, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
@@ -43,9 +44,11 @@ EFFECT = Effect(
             2.0,
             (0.0, 0.05, 0.3),
             optional=True,
+            acts_alone=True,
         ),
     ),
     step=_step,
     check="Block the valve, load the piston and watch it creep; look at piston seals and the valve's leakage flow.",
     source="Merritt, Hydraulic Control Systems (1967), 2.2 and 6.2: laminar leakage coefficient",
+    channels=(Channel.POSITION,),
 )

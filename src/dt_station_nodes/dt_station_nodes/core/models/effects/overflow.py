@@ -74,6 +74,7 @@ EFFECT = Effect(
             (0.5, 0.7, 0.85, 0.95, 1.05),
             neutral=1e12,
             optional=True,
+            acts_alone=True,
         ),
         Parameter(
             "spill",

@@ -2,8 +2,34 @@
 
 import math
 
+from numba import njit
+
 from ..compiled import SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@njit(cache=True)
+def _gap(gap: float, scale: float, ratio: float) -> float:
+    """What is left of a gap g with g' = -(scale / T) tanh(g / scale) after `ratio` times T, exactly."""
+    x = abs(gap) / scale
+    if x > 30.0:
+        later = x - ratio
+        if later > 30.0:
+            return math.copysign(scale * later, gap)
+        return math.copysign(scale * math.asinh(0.5 * math.exp(later)), gap)
+    return math.copysign(scale * math.asinh(math.sinh(x) * math.exp(-ratio)), gap)
+
+
+@njit(cache=True)
+def _soft(s: Doubles, value: float, scale: float, ratio: float) -> float:
+    """A follower that slews far from the voltage and lags close to it; its mean over the sub-step by Simpson."""
+    if scale <= 0.0:
+        return s[0]
+    gap = value - s[0]
+    half = _gap(gap, scale, 0.5 * ratio)
+    end = _gap(half, scale, 0.5 * ratio)
+    s[0] = value - end
+    return value - (gap + 4.0 * half + end) / 6.0
 
 
 @effect_step
@@ -12,6 +38,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
     wanted = value - s[0]
+    if p[1] > 1e-6:
+        return _soft(s, value, p[0] * p[1], c[SUBSTEP] / p[1])
     most = p[0] * c[SUBSTEP]
     if abs(wanted) <= most:
         s[0] = value
@@ -35,6 +63,15 @@ EFFECT = Effect(
             3.0,
             tuple(round(0.0015 * 1.42**k, 5) for k in range(20)),
             neutral=1e9,
+        ),
+        Parameter(
+            "softness_s",
+            Quantity.TIME,
+            "time constant with which it closes small gaps, 0: it follows them at once",
+            0.0,
+            0.2,
+            (0.01,),
+            optional=True,
         ),
     ),
     step=_step,
