@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.errors import StationError
 from ..core.run import Run
-from .noise import difference_noise
+from .noise import difference_noise, quantisation_step
 
 Array = NDArray[np.float64]
 
 MIN_SAMPLES = 100
 FROZEN_SAMPLES = 8
+WAKES = 4.0
 
 
 class UnusableRunError(StationError):
@@ -47,7 +48,8 @@ def frozen_samples(measured: Array) -> NDArray[np.bool_]:
     """Samples (n,) inside stretches of exactly equal values away from the extremes.
 
     Only where the signal otherwise changes at most samples: a noisy or fine-resolution sensor cannot
-    repeat itself exactly for long, unless it stands still.
+    repeat itself exactly for long, unless it stands still. Where noise is too small to tell, an object that stands
+    repeats itself too, but it then sets off gently; a sensor that wakes up jumps to where the object has gone.
     """
     still = np.diff(measured) == 0.0
     if still.mean() > 0.6:
@@ -55,8 +57,21 @@ def frozen_samples(measured: Array) -> NDArray[np.bool_]:
     span = float(measured.max() - measured.min())
     inside = (measured > measured.min() + 1e-6 * span) & (measured < measured.max() - 1e-6 * span)
     flags = np.concatenate(([False], still)) & inside
-    noisy = difference_noise(measured) > 1e-6 * span
-    return _stretches(flags, FROZEN_SAMPLES if noisy else 4 * FROZEN_SAMPLES)
+    noisy = difference_noise(measured) > 1e-6 * span and quantisation_step(measured) == 0.0
+    if noisy:
+        return _stretches(flags, FROZEN_SAMPLES)
+    return _waking(_stretches(flags, 4 * FROZEN_SAMPLES), measured)
+
+
+def _waking(flags: NDArray[np.bool_], measured: Array) -> NDArray[np.bool_]:
+    """Stretches that end in a jump far above the movement after it."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
+    kept = np.zeros_like(flags)
+    for start, stop in zip(edges[::2], edges[1::2], strict=True):
+        after = np.abs(np.diff(measured[stop - 1 : stop + 6]))
+        if len(after) > 1 and after[0] > WAKES * float(np.median(after[1:])):
+            kept[start:stop] = True
+    return kept
 
 
 def check_channel(run: Run, channel: Channel) -> ChannelCheck:

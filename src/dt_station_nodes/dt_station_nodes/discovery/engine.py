@@ -7,16 +7,17 @@ import numpy as np
 
 from ..core.channels import Channel
 from ..core.errors import StationError
-from ..core.models import ModelSpec
+from ..core.models import ModelSpec, PathSpec
 from ..core.models.effects import registry
 from ..core.run import Run
 from .candidates import in_vocabulary
 from .channel import Finding, examine
+from .condense import condensed
 from .data_checks import check_run
 from .next_experiment import propose
-from .noise import effective_samples
-from .polish import polished
-from .problem import Problem, make_problem
+from .noise import difference_noise, effective_samples
+from .polish import carried_over, polished
+from .problem import Problem, integrates, make_problem, telling_window
 from .proof import estimates, floor_figures, gap_figures, patched, trace
 from .result import (
     DiscoveryResult,
@@ -70,10 +71,14 @@ def discover(
             continue
         if check.frozen_share > 0.0:
             frozen.add(check.channel)
-        problem = make_problem(run, spec, check.channel, chosen, check.frozen)
-        finding = examine(
-            problem, spec.paths[check.channel], chosen, progress, _unseen(validation, spec, check.channel, chosen)
-        )
+        path = spec.paths[check.channel]
+        same = _windowed(run, check.channel, path, chosen)
+        short = condensed(run, check.channel, path)
+        problem = make_problem(short.run, spec, check.channel, same, check.frozen[short.rows])
+        finding = examine(problem, path, same, progress, _unseen(validation, spec, check.channel, same))
+        if short.note:
+            notes.append(short.note)
+            finding = carried_over(finding, make_problem(run, spec, check.channel, same, check.frozen), path)
         finding = polished(finding)
         if check.channel in frozen and finding.verdict is not Verdict.UNEXPLAINED:
             finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")
@@ -94,7 +99,16 @@ def _unseen(validation: Run | None, spec: ModelSpec, channel: Channel, settings:
     if validation is None:
         return None
     usable = [c for c in check_run(validation) if c.channel is channel and c.excited and c.frozen_share == 0.0]
-    return make_problem(validation, spec, channel, settings) if usable else None
+    short = condensed(validation, channel, spec.paths[channel]).run if usable else validation
+    return make_problem(short, spec, channel, settings) if usable else None
+
+
+def _windowed(run: Run, channel: Channel, path: PathSpec, settings: DiscoverySettings) -> DiscoverySettings:
+    """Settings by which every look at a channel of a run compares over windows of one length."""
+    if settings.window_s or not integrates(path):
+        return settings
+    measured = run.signals[channel.signal]
+    return replace(settings, window_s=telling_window(measured, run.sample_time_s, difference_noise(measured)))
 
 
 def _result(
@@ -149,7 +163,7 @@ def _result(
         effects = [e for e in effects if e.name == "parameter_mismatch"] if verdict is Verdict.PARAMETERS_ONLY else []
     else:
         effects = [e for e in effects if e.name != "parameter_mismatch"]
-    checked = _validation(validation, spec, model, settings, findings)
+    checked = _validation(run, validation, spec, settings, findings)
     figures = [(f.problem, f.given, f.best.fit.residual, f.verdict) for f in findings]
     gap = Gap(
         before={p.channel: gap_figures(p, given) for p, given, _, _ in figures},
@@ -180,13 +194,16 @@ def _result(
 
 
 def _validation(
-    validation: Run | None, spec: ModelSpec, model: ModelSpec, settings: DiscoverySettings, findings: list[Finding]
+    run: Run, validation: Run | None, spec: ModelSpec, settings: DiscoverySettings, findings: list[Finding]
 ) -> list[Problem]:
     if validation is None:
         return []
     wanted = {f.problem.channel for f in findings}
     usable = [check.channel for check in check_run(validation) if check.channel in wanted and check.excited]
-    return [make_problem(validation, spec, channel, settings) for channel in usable]
+    return [
+        make_problem(validation, spec, channel, _windowed(run, channel, spec.paths[channel], settings))
+        for channel in usable
+    ]
 
 
 def _same_size(finding: Finding) -> list[Explanation]:
@@ -206,7 +223,8 @@ def _ranking(findings: list[Finding]) -> tuple[RankedCandidate, ...]:
     rows = []
     for finding in findings:
         floor = finding.sigma**2
-        start = float(np.mean(finding.null.fit.residual**2)) - floor
+        null = next((e for e in finding.ranking if not e.added), finding.null)
+        start = float(np.mean(null.fit.residual**2)) - floor
         for explanation, score in list(zip(finding.ranking, finding.scores, strict=True))[:14]:
             power = float(np.mean(explanation.fit.residual**2))
             explained = 1.0 - max(power - floor, 0.0) / start if start > 0.0 else 0.0

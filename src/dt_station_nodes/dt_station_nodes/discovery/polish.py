@@ -1,19 +1,27 @@
-"""Last touch on the parameters of densely sampled runs: what forces do within short windows."""
+"""Last touch on the parameters found: on all samples of a long run, and within short windows of a dense one."""
 
 from dataclasses import replace
 
 import numpy as np
 
+from ..core.models import PathSpec
 from ..core.models.effects import registry
-from .channel import Finding
+from .channel import Finding, base_paths
 from .hypothesis_fit import fit_hypothesis
+from .noise import difference_noise, noise_floor
+from .problem import Problem
 from .result import Verdict
+from .selection import Explanation
 from .terms import Hypothesis
 from .windows import make_windows
 
 # Data sampled faster than this are polished in windows of so many samples.
 DENSE_S = 0.005
 SAMPLES = 50
+# They must move so far above the noise.
+TELLING = 30.0
+# Steps of a fit that begins where the search on fewer samples ended.
+CARRY = 6
 # Fits of stick and slip have many shallow minima: begin around the parameters found.
 AROUND = (1.0, 0.93, 1.07)
 # Refinements that a measured force needs as much as its level: its two directions differ.
@@ -32,6 +40,21 @@ def _textbook(found: Hypothesis) -> Hypothesis:
     return Hypothesis(found.path.model_copy(update={"effects": tuple(effects)}), terms)
 
 
+def _carried(explanation: Explanation, problem: Problem, refit: bool) -> Explanation:
+    fit = explanation.fit
+    hypothesis = Hypothesis(fit.path, fit.hypothesis.terms)
+    return replace(explanation, fit=fit_hypothesis(problem, hypothesis, [fit.fitted.x], CARRY if refit else 0))
+
+
+def carried_over(finding: Finding, problem: Problem, path: PathSpec) -> Finding:
+    """A finding of a condensed run, brought to the whole of it: numbers refitted, residuals of all samples."""
+    null = _carried(finding.null, problem, not finding.interrupted)
+    best = _carried(finding.best, problem, not finding.interrupted) if finding.best.added else null
+    given = min((problem.residual(base) for base in base_paths(path)), key=lambda r: float(r @ r))
+    sigma = noise_floor(problem.measured, best.fit.residual)
+    return replace(finding, problem=problem, given=given, null=null, best=best, sigma=sigma)
+
+
 def polished(finding: Finding) -> Finding:
     """A named finding with its parameters refitted in short windows, offset and slope of each left free.
 
@@ -44,6 +67,8 @@ def polished(finding: Finding) -> Finding:
         return finding
     windows = make_windows(len(problem.measured), step, SAMPLES * step, True, trend=True)
     near = replace(problem, windows=windows)
+    if float(np.std(windows.project(problem.measured))) < TELLING * difference_noise(problem.measured):
+        return finding
     fit = finding.best.fit
     here = Hypothesis(fit.path, fit.hypothesis.terms)
     fits = []
