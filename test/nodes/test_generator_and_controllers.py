@@ -5,6 +5,7 @@ from rcl_interfaces.srv import DescribeParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 
 from dt_station_msgs.msg import ShadowSummary, TwinModel, Waveform
+from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.samples import ControlMode, PlantSample, SampleFlag, Setpoint
 from dt_station_nodes.core.waveforms import Shape, waveform_samples
 from dt_station_nodes.core.waveforms import Waveform as PureWaveform
@@ -71,6 +72,21 @@ def test_switched_off_it_leaves_a_standing_setpoint_and_falls_silent(graph):
     state(sample(1))
     graph.quiet()
     assert len(heard) == 3
+
+
+def test_a_controller_that_comes_late_hears_the_setpoint_that_stands(graph):
+    graph.add("load_generator", offset=2.5e6, enabled=False)
+    commands, states = graph.listen("load/command"), graph.listen("twin/state")
+    graph.quiet(0.3)
+    graph.add("pressure_controller", setpoint=1e6, wait_for_readers=["load/command:1"])
+    twin = graph.add("twin_simulator", feed="setpoints", wait_for_readers=["twin/state:1"])
+    state = graph.speak("object/state", readers=3)
+    graph.until(lambda: twin._heard_setpoint(Channel.PRESSURE))
+    state(sample(0))
+    state(sample(1))
+    graph.until(lambda: len(commands) == 2)
+    assert [c.setpoint for c in commands] == [2.5e6, 2.5e6]
+    graph.until(lambda: len(states) == 2)
 
 
 def test_parameters_are_described_ranged_and_judged_as_a_whole(graph):

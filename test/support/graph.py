@@ -10,6 +10,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from dt_station_msgs.msg import PlantState, Residual, Setpoint, ValveCommand
 from dt_station_nodes.nodes import convert, qos
+from dt_station_nodes.nodes.dds_profile import use_profile
 from dt_station_nodes.nodes.registry import factory
 from dt_station_nodes.nodes.spinning import make_executor
 
@@ -28,6 +29,7 @@ class Graph:
     """`with Graph() as graph`: add nodes, listen, publish, spin until something holds."""
 
     def __init__(self):
+        use_profile()
         self.context = Context()
         self.parts = []
         self._nodes = []

@@ -108,6 +108,18 @@ def test_lockstep_does_not_run_away_from_a_follower_but_survives_it():
     assert metronome.due(metronome.answer(state)[0], 0)
 
 
+def test_a_follower_is_waited_for_longer_than_a_command_so_that_it_can_be_started_anew():
+    metronome = Metronome(0.02, Pace.LOCKSTEP, max_lead=1, command_timeout_s=1.0, follower_timeout_s=10.0)
+    state = taken(metronome, following=True)
+    state, answer = metronome.answer(state)
+    assert answer.missed == BOTH
+    assert not metronome.due(state, 9999 * MS)
+    assert metronome.due(metronome.follow(state, 0), 0)
+    assert metronome.due(metronome.welcome(state), 0)
+    assert metronome.due(state, 10_000 * MS)
+    assert metronome.welcome(taken(metronome)).followed is None
+
+
 def test_a_late_sample_is_an_overrun_and_a_standstill_moves_the_schedule():
     metronome = Metronome(0.02, Pace.REALTIME, max_late_s=0.5)
     state = metronome.start(0)

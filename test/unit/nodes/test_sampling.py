@@ -14,13 +14,13 @@ MS = 1_000_000
 class Bench:
     """A loop, its object, what it published, and the clock (ns)."""
 
-    def __init__(self, pace, last=None, delay=0, expected=frozenset(Channel), **settings):
+    def __init__(self, pace, last=None, delay=0, expected=frozenset(Channel), following=False, **settings):
         self.now, self.published, self.ends = 0, [], 0
         self.backend = FakeBackend()
         self.backend.open()
         metronome = Metronome(0.02, pace, expected, **settings)
         self.loop = Sampling(metronome, self.backend, self.published.append, self.end, last, delay, lambda: self.now)
-        self.loop.start(1000, False)
+        self.loop.start(1000, following)
         self.loop.tick()
 
     def end(self):
@@ -91,6 +91,30 @@ def test_lockstep_goes_as_fast_as_the_answers_and_ends_once():
     bench.at(10**6)
     assert len(bench.published) == 6
     assert bench.loop.deadline_ns() is None
+
+
+def test_lockstep_answers_a_silent_controller_in_time_and_waits_longer_for_a_follower():
+    bench = Bench(Pace.LOCKSTEP, following=True, max_lead=1, command_timeout_s=1.0, follower_timeout_s=10.0)
+    bench.at(1000)
+    assert bench.loop.statistics.missed == 1
+    assert len(bench.published) == 1
+    bench.loop.on_follower(0)
+    assert len(bench.published) == 2
+    bench.answer()
+    bench.at(10_999)
+    assert len(bench.published) == 2
+    bench.at(11_000)
+    assert len(bench.published) == 3
+    assert bench.loop.statistics.values()["followers_lost"] == 1
+
+
+def test_lockstep_goes_on_when_the_follower_that_fell_listens_again():
+    bench = Bench(Pace.LOCKSTEP, following=True, max_lead=1)
+    bench.answer()
+    assert len(bench.published) == 1
+    bench.loop.on_reader()
+    assert len(bench.published) == 2
+    assert bench.loop.statistics.values()["followers_lost"] == 0
 
 
 def test_commands_act_one_sample_later_where_the_card_latches():

@@ -80,10 +80,20 @@ class Metronome:
     `expected` channels are those whose controllers answer every sample; their silence is flagged and the
     last command held. In lockstep a silent one is waited for `command_timeout_s` at a sample; one silent
     for `patience` samples in a row is not waited for again until it answers. In lockstep the followers
-    (those who call `follow`) are never left behind by more than `max_lead` samples, unless they fall silent.
+    (those who call `follow`) are never left behind by more than `max_lead` samples, unless they fall silent for
+    `follower_timeout_s`: time enough to be started anew.
     """
 
-    __slots__ = ("_max_late_ns", "_sample_time_s", "_timeout_ns", "expected", "max_lead", "pace", "patience")
+    __slots__ = (
+        "_follower_ns",
+        "_max_late_ns",
+        "_sample_time_s",
+        "_timeout_ns",
+        "expected",
+        "max_lead",
+        "pace",
+        "patience",
+    )
 
     def __init__(
         self,
@@ -94,6 +104,7 @@ class Metronome:
         patience: int = 5,
         max_lead: int = 50,
         max_late_s: float = 0.5,
+        follower_timeout_s: float = 10.0,
     ) -> None:
         if not 0.0 < sample_time_s < 1e4:
             raise MetronomeError(f"sample time must be above 0 s, got {sample_time_s}")
@@ -105,6 +116,7 @@ class Metronome:
         self.max_lead = max_lead
         self._sample_time_s = sample_time_s
         self._timeout_ns = round(command_timeout_s * 1e9)
+        self._follower_ns = round(follower_timeout_s * 1e9)
         self._max_late_ns = round(max_late_s * 1e9)
 
     def offset_ns(self, sequence: int) -> int:
@@ -130,6 +142,10 @@ class Metronome:
         """A follower has dealt with sample `sequence`."""
         return state if sequence > state.sequence else replace(state, followed=sequence)
 
+    def welcome(self, state: MetronomeState) -> MetronomeState:
+        """Somebody new listens to the samples: perhaps the follower that fell, who never hears of those before."""
+        return state if state.followed is None else replace(state, followed=state.sequence)
+
     def missing(self, state: MetronomeState) -> tuple[Channel, ...]:
         """Expected channels that have not answered the last sample."""
         if state.sequence < 0:
@@ -150,9 +166,10 @@ class Metronome:
         for channel in missed:
             silent = {**silent, channel: silent.get(channel, 0) + 1}
         voltage = {channel: command.voltage_v for channel, command in state.command.items()}
-        after = MetronomeState(
-            state.sequence, True, state.due_ns, state.origin_ns, state.command, silent, state.followed
-        )
+        due = state.due_ns
+        if self._ahead(state) and not state.answered:
+            due += max(0, self._follower_ns - self._timeout_ns)
+        after = MetronomeState(state.sequence, True, due, state.origin_ns, state.command, silent, state.followed)
         return after, Answer(voltage, missed)
 
     def begin(self, state: MetronomeState, now_ns: int) -> MetronomeState:

@@ -23,6 +23,15 @@ TABLE = (
     Parameter("expect", ["load", "position"], "channels whose commands are waited for, or nobody", fixed=True),
     Parameter("followers", [], "nodes that lockstep does not run away from: twin, shadow", fixed=True),
     Parameter("max_lead", 50, "how far lockstep may run ahead of the followers", "samples", 1, 100, fixed=True),
+    Parameter(
+        "follower_timeout_s",
+        10.0,
+        "lockstep: how long a follower that fell silent is waited for",
+        "s",
+        1e-3,
+        600.0,
+        fixed=True,
+    ),
     Parameter("command_timeout_s", 1.0, "lockstep: how long a command is waited for", "s", 1e-3, 600.0, fixed=True),
     Parameter(
         "patience",

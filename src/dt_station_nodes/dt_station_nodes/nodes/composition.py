@@ -13,6 +13,7 @@ from rclpy.parameter import Parameter as RosParameter
 from rclpy.signals import SignalHandlerOptions
 
 from ..core.metronome import Pace
+from .dds_profile import use_profile
 from .priority import claim_priority, quieten_collector
 from .registry import factory
 from .scenario import NAMESPACE, NodePlan, Scenario, plan
@@ -40,6 +41,7 @@ class Composition:
             # threads started from here on inherit it
             self._policy = (os.sched_getscheduler(0), os.sched_getparam(0)) if hasattr(os, "sched_getparam") else None
             claim_priority("10")
+        use_profile()
         rclpy.init(args=[], context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self._executor = make_executor(self._context)
         try:

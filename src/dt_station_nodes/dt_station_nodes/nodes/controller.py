@@ -19,6 +19,7 @@ from .loop_parameters import load_loop, loop_from_values, loop_table
 from .parameters import Parameter, ParameterSet
 from .qos import SETPOINT_READER, STREAM
 from .sending import send
+from .standing import StandingSetpoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +63,9 @@ class Controller:
         self._setpoints = node.create_subscription(
             Setpoint, wiring.setpoint_topic, self._on_setpoint, SETPOINT_READER, raw=True
         )
+        self._standing = StandingSetpoint(
+            node, wiring.setpoint_topic, self._take_setpoint, lambda: self._state.inbox.heard
+        )
         self._diagnostics = Diagnostics(node, self._health)
         wanted = ready.parse_readers(files["wait_for_readers"])
         publishers = {wiring.command_topic: self._publisher}
@@ -78,7 +82,10 @@ class Controller:
         self._answering, self._state = self._answering.reconfigured(config, self._state)
 
     def _on_setpoint(self, data: bytes) -> None:
-        self._state, commands = self._answering.on_setpoint(self._state, convert.setpoint_from_bytes(data))
+        self._take_setpoint(convert.setpoint_from_bytes(data))
+
+    def _take_setpoint(self, setpoint: samples.Setpoint) -> None:
+        self._state, commands = self._answering.on_setpoint(self._state, setpoint)
         self._publish(commands)
 
     def _on_state(self, data: bytes) -> None:

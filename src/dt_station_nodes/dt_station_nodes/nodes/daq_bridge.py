@@ -1,7 +1,9 @@
 """The metronome: samples the object, publishes sample k, writes the commands that answer it."""
 
 from collections.abc import Callable
+from typing import Any
 
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 
 from dt_station_msgs.msg import PlantState, Residual, ValveCommand
@@ -39,6 +41,7 @@ class DaqBridge:
             values["command_timeout_s"],
             values["patience"],
             values["max_lead"],
+            follower_timeout_s=values["follower_timeout_s"],
         )
         self._following = bool(values["followers"])
         self._exit = values["exit_at_end"]
@@ -46,7 +49,9 @@ class DaqBridge:
         backend.open()
         last = round(values["duration_s"] / sample_time_s) or None
         self._loop = Sampling(metronome, backend, self._publish, self._on_end, last, values["command_delay"])
-        self._publisher = node.create_publisher(PlantState, "object/state", STREAM)
+        self._publisher = node.create_publisher(
+            PlantState, "object/state", STREAM, event_callbacks=PublisherEventCallbacks(matched=self._on_reader)
+        )
         inputs = {
             topic: node.create_subscription(ValveCommand, topic, self._command_callback(channel), STREAM, raw=True)
             for channel, topic in TOPIC.items()
@@ -100,6 +105,10 @@ class DaqBridge:
 
     def _on_follower(self, data: bytes) -> None:
         self._loop.on_follower(convert.sequence_of(data))
+
+    def _on_reader(self, status: Any) -> None:
+        if status.current_count_change > 0:
+            self._loop.on_reader()
 
     def _on_end(self) -> None:
         self._diagnostics.report()

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
@@ -15,7 +16,7 @@ from ..core.setpoint_stream import SetpointStream
 from . import convert, ready
 from .diagnostics import Diagnostics, Health, Level
 from .parameters import Parameter, ParameterError, ParameterSet
-from .qos import SETPOINT_WRITER, STREAM, WAVEFORM
+from .qos import LATCHED, SETPOINT_WRITER, STREAM, WAVEFORM
 from .sending import send
 from .spinning import run_node
 
@@ -68,7 +69,10 @@ class LoadGenerator:
         self._value = config.waveform.offset
         self._sequence, self._refused = -1, ""
         topic = f"{config.channel}/setpoint"
-        self._publisher = node.create_publisher(Setpoint, topic, SETPOINT_WRITER)
+        # readers that ask for history do not match the stream, which is no mistake: the latched writer is for them
+        silent = PublisherEventCallbacks(use_default_callbacks=False)
+        self._publisher = node.create_publisher(Setpoint, topic, SETPOINT_WRITER, event_callbacks=silent)
+        self._latched = node.create_publisher(Setpoint, topic, LATCHED)
         node.create_subscription(Waveform, f"{config.channel}/waveform", self._on_waveform, WAVEFORM)
         self._diagnostics = Diagnostics(node, self._health)
         values = self._parameters.values
@@ -105,7 +109,7 @@ class LoadGenerator:
         )
 
     def _publish_standing(self, stamp_ns: int) -> None:
-        send(self._node, self._publisher, convert.setpoint_to_bytes(samples.Setpoint(0, stamp_ns, self._value, False)))
+        send(self._node, self._latched, convert.setpoint_to_bytes(samples.Setpoint(0, stamp_ns, self._value, False)))
 
     def _on_waveform(self, message: Waveform) -> None:
         try:

@@ -13,9 +13,9 @@ def _reliable(depth: int, durability: DurabilityPolicy = DurabilityPolicy.VOLATI
 # the pace of lockstep, which a recorder on a busy machine does pause.
 STREAM = _reliable(5000)
 
-# Writers of set-points keep the last few for readers that ask for history; our readers do not ask, so that
-# publishers without history match them too.
-SETPOINT_WRITER = _reliable(10, DurabilityPolicy.TRANSIENT_LOCAL)
+# Set-points of a waveform stream as samples do. Readers ask for no history, so that any publisher matches them; a
+# set-point that stands is said by a second, latched writer, and latecomers ask for that one (nodes/standing.py).
+SETPOINT_WRITER = STREAM
 SETPOINT_READER = _reliable(200)
 
 # Waveforms from `ros2 topic pub`, `dt-station set` or any other default publisher.

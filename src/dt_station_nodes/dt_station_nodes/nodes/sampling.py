@@ -62,7 +62,13 @@ class Sampling:
 
     def tick(self) -> None:
         """Take the next sample if it is due, whatever has come in."""
-        if self.running and self._metronome.due(self._state, self._clock()):
+        if not self.running:
+            return
+        now = self._clock()
+        if not self._state.answered and now >= self._state.due_ns:
+            # in lockstep there may still be followers to wait for
+            self._answer()
+        if self._metronome.due(self._state, now):
             self._take()
 
     def on_command(self, channel: Channel, command: ValveCommand) -> None:
@@ -77,6 +83,11 @@ class Sampling:
     def on_follower(self, sequence: int) -> None:
         """A follower has dealt with sample `sequence`."""
         self._state = self._metronome.follow(self._state, sequence)
+        self.tick()
+
+    def on_reader(self) -> None:
+        """Somebody new listens to the samples."""
+        self._state = self._metronome.welcome(self._state)
         self.tick()
 
     def _take(self) -> None:

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from ..core.errors import StationError
+from .dds_profile import use_profile
 from .priority import claim_priority, quieten_collector
 from .stopping import StopSignal
 
@@ -23,6 +24,7 @@ _IDLE_S = 0.1
 _DRAIN = 3
 _ACKNOWLEDGED_S = 0.5
 _QUIET_S = 0.3
+_ARRIVED_S = 0.02
 
 
 class Ticker(Protocol):
@@ -84,21 +86,31 @@ def spin(
                 ticker.tick()
 
 
-def deliver(node: Node, executor: Executor, keeps_all: bool) -> None:
-    """Before a node ends: its readers have what it sent, and one that `keeps_all` has taken what it was sent."""
+def deliver(node: Node, executor: Executor, keeps_all: bool, answers: bool = False) -> None:
+    """Before a node ends: its readers have what it sent, and one that `keeps_all` has taken what it was sent.
+
+    One that `answers` deals with what has already arrived.
+    """
     if not node.context.ok():
         return
+    if answers:
+        _listen(executor, _ARRIVED_S)
     for publisher in node.publishers:
         publisher.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGED_S))
     if keeps_all:
-        quiet = time.monotonic() + _QUIET_S
-        while time.monotonic() < quiet:
-            executor.spin_once(timeout_sec=_QUIET_S / 10)
+        _listen(executor, _QUIET_S)
+
+
+def _listen(executor: Executor, duration_s: float) -> None:
+    end = time.monotonic() + duration_s
+    while time.monotonic() < end:
+        executor.spin_once(timeout_sec=duration_s / 10)
 
 
 def run_node(name: str, factory: Factory, args: Sequence[str] | None = None) -> int:
     """`main` of a node: 0 after SIGINT or SIGTERM, 1 after a fault, 2 after a mistake in its parameters."""
     claim_priority()
+    use_profile()
     node: Node | None = None
     part: Part | None = None
     executor: Executor | None = None
@@ -116,7 +128,7 @@ def run_node(name: str, factory: Factory, args: Sequence[str] | None = None) -> 
             quieten_collector()
             try:
                 spin(executor, context, [part.ticker] if part.ticker is not None else [], lambda: stop.wanted)
-                deliver(node, executor, getattr(part, "keeps_all", False))
+                deliver(node, executor, getattr(part, "keeps_all", False), answers=part.ticker is None)
             finally:
                 # still inside, so that a second Ctrl-C cannot keep the object's valves open
                 part.close()

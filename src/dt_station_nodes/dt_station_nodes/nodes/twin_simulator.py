@@ -1,6 +1,7 @@
 """The twin: simulates the model beside the object, from set-points or from the voltages applied."""
 
 import hashlib
+from functools import partial
 from typing import Any
 
 from rclpy.node import Node
@@ -8,6 +9,7 @@ from rclpy.subscription import Subscription
 
 from dt_station_msgs.msg import PlantState, Setpoint, TwinModel
 
+from ..core import samples
 from ..core.channels import Channel
 from ..core.control import LoopController
 from ..core.models import ModelSpec, PlantModel
@@ -23,6 +25,7 @@ from .qos import LATCHED, SETPOINT_READER, STREAM
 from .sending import send
 from .spinning import run_node
 from .stamps import to_stamp
+from .standing import StandingSetpoint
 from .twin_parameters import FILES, LIVE, TwinConfig, build
 
 NAME = "twin_simulator"
@@ -54,7 +57,10 @@ class TwinSimulator:
         if loops:
             for topic, channel in (("load/setpoint", Channel.PRESSURE), ("position/setpoint", Channel.POSITION)):
                 setpoints[topic] = self._setpoints[channel] = node.create_subscription(
-                    Setpoint, topic, self._setpoint_callback(channel), SETPOINT_READER, raw=True
+                    Setpoint, topic, partial(self._on_setpoint, channel), SETPOINT_READER, raw=True
+                )
+                StandingSetpoint(
+                    node, topic, partial(self._take_setpoint, channel), partial(self._heard_setpoint, channel)
                 )
         self._diagnostics = Diagnostics(node, self._health)
         wanted = ready.parse_readers(files["wait_for_readers"])
@@ -96,14 +102,16 @@ class TwinSimulator:
         elif self._loops is not None and config.load is not None and config.position is not None:
             self._loops, self._loop_state = self._loops.reconfigured(config.load, config.position, self._loop_state)
 
-    def _setpoint_callback(self, channel: Channel) -> Any:
-        def on_setpoint(data: bytes) -> None:
-            if self._loops is not None:
-                setpoint = convert.setpoint_from_bytes(data)
-                self._loop_state, done = self._loops.on_setpoint(self._loop_state, channel, setpoint)
-                self._publish(done)
+    def _on_setpoint(self, channel: Channel, data: bytes) -> None:
+        self._take_setpoint(channel, convert.setpoint_from_bytes(data))
 
-        return on_setpoint
+    def _take_setpoint(self, channel: Channel, setpoint: samples.Setpoint) -> None:
+        if self._loops is not None:
+            self._loop_state, done = self._loops.on_setpoint(self._loop_state, channel, setpoint)
+            self._publish(done)
+
+    def _heard_setpoint(self, channel: Channel) -> bool:
+        return self._loops is not None and self._loop_state.inbox[channel].heard
 
     def _on_state(self, data: bytes) -> None:
         sample = convert.state_from_bytes(data)

@@ -13,6 +13,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from dt_station_msgs.msg import ShadowSummary
 
+from .dds_profile import use_profile
 from .qos import DIAGNOSTICS_READER, LATCHED
 from .scenario import NAMESPACE
 from .spinning import make_executor
@@ -69,6 +70,7 @@ class Watch:
 
     def __init__(self, name: str = "dt_station_watch") -> None:
         self.observed = Observations()
+        use_profile()
         self._context = Context()
         rclpy.init(args=[], context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node(
