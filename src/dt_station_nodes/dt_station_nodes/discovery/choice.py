@@ -112,7 +112,15 @@ def certain(explanation: Explanation, measure: Measure) -> bool:
             sure.add(name)
     if "periodic_disturbance" in explanation.added and _echo(explanation, measure.bench.problem):
         return False
+    if "dead_zone" in explanation.added and not _about_zero(explanation):
+        return False
     return all(name in sure for name in explanation.added)
+
+
+def _about_zero(explanation: Explanation) -> bool:
+    """Whether a dead zone, its rounded corners included, holds 0 V: a band elsewhere is no valve's overlap."""
+    band = next(e for e in explanation.fit.path.effects if e.name == "dead_zone").parameters
+    return abs(band["centre_v"]) <= band["half_width_v"] + 2.0 * band["rounding_v"]
 
 
 def _echo(explanation: Explanation, problem: Problem) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from ..core.models import PathSpec
 from ..core.models.effects import registry
 from .channel import Finding, base_paths
-from .hypothesis_fit import fit_hypothesis
+from .hypothesis_fit import Fit, fit_hypothesis
 from .noise import difference_noise, noise_floor
 from .problem import Problem
 from .result import Verdict
@@ -22,6 +22,8 @@ SAMPLES = 50
 TELLING = 30.0
 # Steps of a fit that begins where the search on fewer samples ended.
 CARRY = 6
+# An effect that, left out, raises the misfit less than this has no part in what forces do.
+IDLE = 1.02
 # Fits of stick and slip have many shallow minima: begin around the parameters found.
 AROUND = (1.0, 0.93, 1.07)
 # Refinements that a measured force needs as much as its level: its two directions differ.
@@ -69,7 +71,32 @@ def polished(finding: Finding) -> Finding:
     near = replace(problem, windows=windows)
     if float(np.std(windows.project(problem.measured))) < TELLING * difference_noise(problem.measured):
         return finding
-    fit = finding.best.fit
+    best = _refitted(near, finding.best.fit)
+    kept = finding.best.added
+    for name in finding.best.added:
+        path = best.path.model_copy(update={"effects": tuple(e for e in best.path.effects if e.name != name)})
+        if len(kept) > 1:
+            without = _refitted(near, replace(best, path=path, hypothesis=_less(best.hypothesis, best.path, name)))
+            if without.fitted.cost < IDLE * best.fitted.cost:
+                best, kept = without, tuple(other for other in kept if other != name)
+    residual = problem.residual(best.path)
+    seen = replace(best, residual=residual, rss=float(residual @ residual) / problem.sigma**2)
+    places = [finding.best.added.index(name) for name in kept]
+    others = tuple(finding.alternatives[place] for place in places) if finding.alternatives else ()
+    return replace(finding, best=replace(finding.best, fit=seen, added=kept), alternatives=others)
+
+
+def _less(hypothesis: Hypothesis, path: PathSpec, name: str) -> Hypothesis:
+    """The free numbers without those of one effect."""
+    gone = next(index for index, effect in enumerate(path.effects) if effect.name == name)
+    terms = tuple(
+        replace(term, effect=term.effect - (term.effect > gone)) for term in hypothesis.terms if term.effect != gone
+    )
+    return replace(hypothesis, terms=terms)
+
+
+def _refitted(near: Problem, fit: Fit) -> Fit:
+    """The effects of a fit, plain and as they are, fitted to a problem; the better."""
     here = Hypothesis(fit.path, fit.hypothesis.terms)
     fits = []
     for hypothesis in (_textbook(here), here):
@@ -77,7 +104,4 @@ def polished(finding: Finding) -> Finding:
         acts = np.array([term.effect >= 0 and not term.logarithmic for term in hypothesis.terms])
         starts = [np.where(acts, start * factor, start) for factor in AROUND]
         fits += [fit_hypothesis(near, hypothesis, [x], iterations=15) for x in starts]
-    best = min(fits, key=lambda f: f.fitted.cost)
-    residual = problem.residual(best.path)
-    seen = replace(best, residual=residual, rss=float(residual @ residual) / problem.sigma**2)
-    return replace(finding, best=replace(finding.best, fit=seen))
+    return min(fits, key=lambda f: f.fitted.cost)

@@ -27,7 +27,7 @@ EFFECT = Effect(
     attachment=Attachment.INPUT,
     parameters=(
         Parameter("half_width_v", Quantity.INPUT, "half the width of the dead band", 0.0, 1.5, (0.02, 0.06, 0.15, 0.4)),
-        Parameter("centre_v", Quantity.INPUT, "voltage in its middle", -1.0, 1.0, (0.0,), optional=True),
+        Parameter("centre_v", Quantity.INPUT, "voltage in its middle", -0.3, 0.3, (0.0,), optional=True),
         Parameter(
             "rounding_v", Quantity.INPUT, "voltage over which its corners are rounded", 0.0, 0.5, (0.05,), optional=True
         ),
