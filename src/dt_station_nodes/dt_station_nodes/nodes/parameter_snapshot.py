@@ -18,12 +18,19 @@ _QUIET_S = 0.3
 
 @dataclass
 class _Inquiry:
-    """A node being asked: an answer that reaches nobody yet is lost in DDS, so it is asked again."""
+    """A node being asked: an answer that reaches nobody yet is lost in DDS, so it is asked again.
+
+    `question` numbers what was asked last: a late answer to an earlier one is none. `left` are the names still to
+    be got, `singly` one by one.
+    """
 
     lister: Any
     getter: Any
-    asked: float = 0.0
+    asked: float = -_PATIENCE_S
+    question: int = 0
     done: bool = False
+    listed: bool = False
+    singly: bool = False
     left: list[str] = field(default_factory=list)
     found: dict[str, Any] = field(default_factory=dict)
 
@@ -69,32 +76,42 @@ class ParameterSnapshot:
         for name, inquiry in self._inquiries.items():
             ready = inquiry.lister.service_is_ready() and inquiry.getter.service_is_ready()
             if not inquiry.done and ready and now - inquiry.asked > _PATIENCE_S:
-                inquiry.asked = now
-                inquiry.lister.call_async(ListParameters.Request()).add_done_callback(
-                    partial(self._listed, name, inquiry)
-                )
+                self._ask(name, inquiry)
 
-    def _listed(self, name: str, inquiry: _Inquiry, future: Any) -> None:
-        self._ask(name, inquiry, sorted(future.result().result.names))
+    def _ask(self, name: str, inquiry: _Inquiry) -> None:
+        """Ask for what is left, or for the names first."""
+        inquiry.asked = time.monotonic()
+        inquiry.question += 1
+        if not inquiry.listed:
+            answer = inquiry.lister.call_async(ListParameters.Request())
+            answer.add_done_callback(partial(self._listed, name, inquiry, inquiry.question))
+            return
+        # one at a time: a client keeps no more than ten answers
+        names = inquiry.left[:1] if inquiry.singly else list(inquiry.left)
+        answer = inquiry.getter.call_async(GetParameters.Request(names=names))
+        answer.add_done_callback(partial(self._got, name, inquiry, inquiry.question, names))
 
-    def _ask(self, name: str, inquiry: _Inquiry, names: list[str]) -> None:
-        request = GetParameters.Request(names=names)
-        inquiry.getter.call_async(request).add_done_callback(partial(self._got, name, inquiry, names))
+    def _listed(self, name: str, inquiry: _Inquiry, question: int, future: Any) -> None:
+        if question != inquiry.question:
+            return
+        inquiry.listed, inquiry.left = True, sorted(future.result().result.names)
+        self._ask(name, inquiry)
 
-    def _got(self, name: str, inquiry: _Inquiry, names: list[str], future: Any) -> None:
-        if inquiry.done:
+    def _got(self, name: str, inquiry: _Inquiry, question: int, names: list[str], future: Any) -> None:
+        if question != inquiry.question:
             return
         values = future.result().values
+        if len(values) < len(names) and len(names) > 1:
+            # one parameter without a value spoils the answer for all
+            inquiry.singly = True
+            self._ask(name, inquiry)
+            return
         for key, value in zip(names, values, strict=False):
             python = parameter_value_to_python(value)
             inquiry.found[key] = list(python) if hasattr(python, "tolist") else python
-        if len(values) < len(names) and len(names) > 1:
-            # one parameter without a value spoils the answer for all: ask for each, in turn, since a client
-            # keeps no more than ten answers
-            inquiry.left = names[1:]
-            self._ask(name, inquiry, names[:1])
-        elif inquiry.left:
-            self._ask(name, inquiry, [inquiry.left.pop(0)])
-        else:
-            inquiry.done = True
-            self._keep(name, dict(sorted(inquiry.found.items())))
+        inquiry.left = inquiry.left[len(names) :]
+        if inquiry.left:
+            self._ask(name, inquiry)
+            return
+        inquiry.done, inquiry.question = True, 0
+        self._keep(name, dict(sorted(inquiry.found.items())))

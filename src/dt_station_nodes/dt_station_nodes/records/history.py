@@ -24,6 +24,19 @@ _VALUE_FIELDS = {
 }
 
 
+class Values(dict[str, Any]):
+    """A node's parameters by name; one that the bag does not hold is a RecordError that says so."""
+
+    __slots__ = ("_node",)
+
+    def __init__(self, node: str, values: Mapping[str, Any]) -> None:
+        super().__init__(values)
+        self._node = node
+
+    def __missing__(self, name: str) -> Any:
+        raise RecordError(f"the bag does not hold the parameter {name} of {self._node}; its outputs cannot be verified")
+
+
 @dataclass(frozen=True, slots=True)
 class ParameterChange:
     """Values that a node took over at a log time (ns)."""
@@ -40,9 +53,9 @@ class NodeHistory:
     initial: Mapping[str, Any]
     changes: tuple[ParameterChange, ...]
 
-    def at(self, time_ns: int) -> dict[str, Any]:
+    def at(self, time_ns: int) -> Values:
         """Values in force at a log time."""
-        values = dict(self.initial)
+        values = Values(self.node, self.initial)
         for change in self.changes:
             if change.time_ns <= time_ns:
                 values.update(change.values)
