@@ -55,8 +55,7 @@ def _print(outcome: dict[str, Any]) -> None:
     from rich.table import Table
 
     screen = Console(highlight=False)
-    for entry in outcome["rounds"]:
-        screen.print(f"round {entry['round']}: {entry['sentence']}")
+    screen.print(outcome["rounds"][-1]["sentence"])
     shown = Table(title="live gap of the running twin, RMS over the shadow's window")
     for head in ("channel", "before", "after", "unit"):
         shown.add_column(head)

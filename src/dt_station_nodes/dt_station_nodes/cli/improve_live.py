@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..core.channels import Channel
+from ..core.models import PathSpec
 from ..core.run import Run
 from ..core.samples import PlantSample
-from ..discovery import DiscoveryResult, DiscoverySettings, Verdict
+from ..discovery import DiscoveryResult, DiscoverySettings, NextExperiment, Verdict
 from ..discovery import discover as search
 from ..nodes import convert
 from ..nodes.qos import STREAM
@@ -30,18 +31,22 @@ _RICH = (
     {"shape": "sawtooth", "amplitude": 1.8e6, "offset": 3.0e6, "frequency_hz": 0.2},
 )
 _WAIT_S = 60.0
+# What an experiment may ask of the station.
+_SLOWEST_HZ = 0.05
+_STROKE_M = 0.05
+_PRESSURES_PA = (1.2e6, 5.0e6)
+_LOOP = {Channel.PRESSURE: "load", Channel.POSITION: "position"}
 
 
 class Listener:
     """Collects samples and residuals from a node that the supervisor spins."""
 
     def __init__(self, node: Any) -> None:
-        from dt_station_msgs.msg import PlantState, Residual
-
+        self._node = node
+        self._heard: list[Any] = []
         self.samples: list[PlantSample] = []
         self.residuals: list[convert.ResidualSample] = []
-        node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True)
-        node.create_subscription(Residual, "shadow/residual", self._on_residual, STREAM, raw=True)
+        self.begin()
 
     def _on_state(self, data: bytes) -> None:
         self.samples.append(convert.state_from_bytes(data))
@@ -49,10 +54,18 @@ class Listener:
     def _on_residual(self, data: bytes) -> None:
         self.residuals.append(convert.residual_from_bytes(data))
 
-    def forget(self) -> None:
-        """Begin anew."""
+    def begin(self) -> None:
+        """Hear what comes from now on: nobody spins while discovery thinks, so the old queues hold the past."""
+        from dt_station_msgs.msg import PlantState, Residual
+
+        for subscription in self._heard:
+            self._node.destroy_subscription(subscription)
         self.samples.clear()
         self.residuals.clear()
+        self._heard = [
+            self._node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True),
+            self._node.create_subscription(Residual, "shadow/residual", self._on_residual, STREAM, raw=True),
+        ]
 
     def unbroken(self) -> list[PlantSample]:
         """The latest samples without a gap in their numbers."""
@@ -95,7 +108,7 @@ def _scenario(name: str, model: str, rig: str, pace: str) -> Scenario:
 def _collect(graph: Supervisor, listener: Listener, samples: int) -> list[PlantSample]:
     import time
 
-    listener.forget()
+    listener.begin()
     end = time.monotonic() + _WAIT_S + 4.0 * samples * graph.scenario.sample_time_s
     while len(listener.unbroken()) <= samples:
         if graph.step(0.05):
@@ -112,18 +125,38 @@ def _settled(result: DiscoveryResult) -> bool:
 
 
 def _play(station: Remote, result: DiscoveryResult, number: int) -> str:
-    """Change the load's set-point for the next round; what was played."""
-    wanted: dict[str, Any] = dict(_RICH[number % len(_RICH)])
+    """Change a set-point for the next round: to what the proposal's voltage would do, else to what moves much."""
     proposal = result.next_experiment
-    if proposal is not None and proposal.channel is Channel.PRESSURE:
-        wanted |= {"shape": proposal.shape, "frequency_hz": max(proposal.frequency_hz, 0.05)}
-    playing = station.set_waveform("load", wanted)
-    return f"{playing['shape']} of {playing['amplitude']:.3g} Pa at {playing['frequency_hz']:.3g} Hz"
+    channel, wanted, unit = Channel.PRESSURE, dict(_RICH[number % len(_RICH)]), "Pa"
+    if proposal is not None:
+        channel, unit = proposal.channel, proposal.channel.unit
+        wanted = as_setpoint(proposal, result.model.paths[channel])
+    playing = station.set_waveform(_LOOP[channel], wanted)
+    return (
+        f"{_LOOP[channel]} set-point {playing['shape']} of {playing['amplitude']:.3g} {unit} about "
+        f"{playing['offset']:.3g} {unit} at {playing['frequency_hz']:.3g} Hz"
+    )
+
+
+def as_setpoint(proposal: NextExperiment, path: PathSpec) -> dict[str, Any]:
+    """The set-point at which a loop's voltage moves about as proposed, within the station's range."""
+    rate = max(proposal.frequency_hz, _SLOWEST_HZ)
+    played: dict[str, Any] = {"shape": proposal.shape, "frequency_hz": rate}
+    if path.denominator[-1] == 0.0:
+        speed = abs(path.scale * path.gain * path.numerator[-1] / path.denominator[-2])
+        amplitude = min(speed * abs(proposal.amplitude) / (2.0 * np.pi * rate), _STROKE_M)
+        return {**played, "amplitude": float(amplitude), "offset": 0.0}
+    static = path.scale * path.gain * path.numerator[-1] / path.denominator[-1]
+    low, high = sorted(
+        float(np.clip(path.rest + static * (proposal.offset + sign * proposal.amplitude), *_PRESSURES_PA))
+        for sign in (-1.0, 1.0)
+    )
+    return {**played, "amplitude": 0.5 * (high - low), "offset": 0.5 * (high + low)}
 
 
 def _live(graph: Supervisor, listener: Listener, samples: int) -> dict[Channel, float]:
     """RMS of the running twin's gap over as many samples."""
-    listener.forget()
+    listener.begin()
     while len(listener.residuals) < samples:
         if graph.step(0.05):
             raise Failure("the station ended while its live gap was watched")

@@ -2,7 +2,7 @@
 
 from .data_checks import UnusableRunError
 from .engine import discover
-from .result import DiscoveryResult, Verdict
+from .result import DiscoveryResult, NextExperiment, Verdict
 from .settings import DiscoverySettings
 
-__all__ = ["DiscoveryResult", "DiscoverySettings", "UnusableRunError", "Verdict", "discover"]
+__all__ = ["DiscoveryResult", "DiscoverySettings", "NextExperiment", "UnusableRunError", "Verdict", "discover"]

@@ -36,6 +36,9 @@ from .where import locate
 Progress = Callable[[str], None]
 
 
+_UNCHANGED = (Verdict.NOTHING_MISSING, Verdict.UNEXPLAINED)
+
+
 class ModelDoesNotFitError(StationError):
     """The model has no path for any channel that the run measured."""
 
@@ -87,7 +90,9 @@ def discover(
         if finding.verdict is Verdict.NOTHING_MISSING:
             # Only effects of the given model that the data contradict are dropped.
             found = spec.paths[check.channel].model_copy(update={"effects": found.effects})
-        if finding.verdict is not Verdict.NOTHING_MISSING or found.effects != spec.paths[check.channel].effects:
+        # Where nothing is known, the model stays as it was given.
+        changed = finding.verdict is not Verdict.NOTHING_MISSING or found.effects != path.effects
+        if changed and finding.verdict is not Verdict.UNEXPLAINED:
             model = patched(model, check.channel, found)
         if finding.interrupted:
             break
@@ -167,9 +172,7 @@ def _result(
     figures = [(f.problem, f.given, f.best.fit.residual, f.verdict) for f in findings]
     gap = Gap(
         before={p.channel: gap_figures(p, given) for p, given, _, _ in figures},
-        after={
-            p.channel: gap_figures(p, given if v is Verdict.NOTHING_MISSING else best) for p, given, best, v in figures
-        },
+        after={p.channel: gap_figures(p, given if v in _UNCHANGED else best) for p, given, best, v in figures},
         noise_floor={f.problem.channel: floor_figures(f.problem, f.sigma) for f in findings},
         validation_before={p.channel: gap_figures(p, p.residual(spec.paths[p.channel])) for p in checked},
         validation_after={p.channel: gap_figures(p, p.residual(model.paths[p.channel])) for p in checked},
