@@ -53,6 +53,7 @@ BAD_TABLES = {
     "missing time": (["1,2,3"] * 3, "servo_voltage_v,position_m,x", ["'time_s'"]),
     "no signal": (["1,2,3"] * 3, "time_s,a,b", ["none of the columns"]),
     "wrong unit": (list(GOOD), "time_ms,servo_voltage_v,position_m", ["'time_s'", "'time_ms' has another unit"]),
+    "misnamed": (list(GOOD), "time_s,servo_voltage_v,x", ["no column 'position_m'", "has x instead"]),
     "nan": ([*GOOD[:4], "0.08,nan,1", *GOOD[5:]], None, ["'servo_voltage_v'", "row 5"]),
     "inf": ([*GOOD[:4], "0.08,1,-inf", *GOOD[5:]], None, ["'position_m'", "row 5"]),
     "text": ([*GOOD[:4], "0.08,1,oops", *GOOD[5:]], None, ["'position_m'", "row 5", "'oops'"]),
@@ -215,3 +216,15 @@ def test_a_setpoint_column_without_a_number_is_no_setpoint(tmp_path, cell):
     path.write_text(header + rows.replace(f"0.04,{cell},", "0.04,2e6,"))
     with pytest.raises(RecordError, match="pressure_setpoint_pa.*row 1"):
         load_run(path)
+
+
+def test_a_truncated_mat_file_is_said_to_be_so(tmp_path: Path) -> None:
+    whole = tmp_path / "whole.mat"
+    scipy.io.savemat(whole, {"t": np.arange(5000) * 0.01, "x": np.arange(5000.0)})
+    data = whole.read_bytes()
+    table = DataMap.model_validate(
+        {"format": "mat", "time": {"column": "t", "unit": "s"}, "signals": {"position_m": {"column": "x", "unit": "m"}}}
+    )
+    (tmp_path / "torn.mat").write_bytes(data[: len(data) // 3])
+    with pytest.raises(RecordError, match="torn.mat.*truncated"):
+        load_run(tmp_path / "torn.mat", table)

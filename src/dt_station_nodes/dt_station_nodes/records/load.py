@@ -44,6 +44,14 @@ def _own(path: Path) -> Run:
     present = tuple(name for name in SIGNALS if name in header)
     if TIME in header and not present:
         raise RecordError(f"{path}: none of the columns {', '.join(SIGNALS)}; give a data map (--map)")
+    foreign = [name for name in header if name and name not in (TIME, *SIGNALS)]
+    for channel in Channel:
+        # a column under another name must not become a channel that was not measured
+        if channel.voltage_signal in present and channel.signal not in present and foreign:
+            raise RecordError(
+                f"{path}: no column {channel.signal!r} beside {channel.voltage_signal!r}; the file has "
+                f"{', '.join(foreign)} instead: rename it, or give a data map (--map)"
+            )
     columns = read_columns(path, (TIME, *present), may_be_empty=SETPOINTS)
     signals = {name: columns[name] for name in present}
     start, step = even_grid(columns[TIME], str(path), TIME)

@@ -20,7 +20,9 @@ def read_variables(path: Path, wanted: tuple[str, ...]) -> Columns:
     except RecordError:
         raise
     except OSError as error:
-        raise RecordError(f"{path}: cannot be read ({error}); check the path") from None
+        if error.errno is None:  # loadmat's own, where the file ends before its data
+            raise RecordError(f"{path}: truncated or damaged MAT file ({error})") from None
+        raise RecordError(f"{path}: cannot be read ({error.strerror}); check the path") from None
     except Exception as error:  # loadmat raises anything at all on damaged files
         raise RecordError(f"{path}: truncated or damaged MAT file ({' '.join(str(error).split())})") from None
     names = [name for name in content if not name.startswith("__")]
