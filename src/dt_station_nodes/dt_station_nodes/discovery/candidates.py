@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 Freed = Mapping[str, tuple[str, ...]]
 
 _MOST_COMBINATIONS = 64
+_MOST_PAIRS = 150
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +47,9 @@ def library(channel: Channel) -> tuple[Candidate, ...]:
     """Every effect that can act on a channel, at every place it may have."""
     found = []
     for name, effect in registry().items():
-        if channel in effect.channels:
-            found += [Candidate(name, at) for at in (None, *effect.also)]
+        # Play belongs to a linkage; in a pressure valve it could only be another word for hysteresis.
+        if channel in effect.channels and (name, channel) != ("backlash", Channel.PRESSURE):
+            found += [Candidate(name, at) for at in (None, *(effect.also if channel in effect.also_on else ()))]
     return tuple(found)
 
 
@@ -74,7 +76,7 @@ def _grid(problem: Problem, candidate: Candidate, name: str, residual: Array) ->
     parameter = candidate.effect.parameter(name)
     if candidate.name == "periodic_disturbance" and parameter.quantity is Quantity.FREQUENCY:
         return _spectral_peaks(residual, problem.simulator.sample_time_s)
-    unit = unit_of(problem, parameter, candidate.at)
+    unit = unit_of(problem, parameter, candidate.at or candidate.effect.attachment)
     return [start * unit for start in parameter.starts]
 
 
@@ -100,6 +102,30 @@ def plain_starts(problem: Problem, path: PathSpec, candidate: Candidate, residua
     grids = [_grid(problem, candidate, p, residual) for p in candidate.required]
     combinations = list(product(*grids))
     return [add_effect(path, candidate, dict(zip(candidate.required, c, strict=True))) for c in combinations]
+
+
+def pair_starts(
+    problem: Problem, path: PathSpec, candidate: Candidate, residual: Array, like: Hypothesis
+) -> list[Array]:
+    """Starts of a path's last but one effect together with a candidate, as if neither had been fitted.
+
+    Alone the former had to do the work of both. The nominal parameters begin from their centres; `like` is the
+    hypothesis to start.
+    """
+    old = next(effect for effect in reversed(path.effects) if effect.name != candidate.name)
+    bare = path.model_copy(
+        update={"effects": tuple(e for e in path.effects if e.name not in (old.name, candidate.name))}
+    )
+    home = [term.centre for term in like.terms if term.effect < 0]
+    found: list[Array] = []
+    for one in plain_starts(problem, bare, Candidate(old.name, old.at), residual):
+        for both in plain_starts(problem, one, candidate, residual):
+            by_name = {effect.name: effect for effect in both.effects}
+            ordered = both.model_copy(update={"effects": tuple(by_name[e.name] for e in like.path.effects)})
+            x = Hypothesis(ordered, like.terms).start()
+            x[: len(home)] = home
+            found.append(x)
+    return found[:: -(-len(found) // _MOST_PAIRS)]
 
 
 def refined_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:

@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .candidates import in_vocabulary
-from .choice import Measure, alternatives, best_set, certain, take_measure
+from .choice import ENOUGH_TO_NAME, SEEN, Measure, alternatives, best_set, certain, take_measure
 from .neighbours import distinct, exchange, reduced
 from .noise import effective_samples, whiteness
 from .problem import Problem
 from .result import Verdict
-from .selection import Bench, Explanation, Progress, fit_null, scan
+from .search import scan
+from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .settings import DiscoverySettings
 from .terms import nominal_terms
 
@@ -21,11 +22,14 @@ Array = NDArray[np.float64]
 
 # Set on synthetic null, single, pair and out-of-library runs; see docs/confusion.md.
 ENOUGH_TO_REFIT = 12.0
+WORTH_NULL = 0.02  # of the noise power: a white gap smaller than this is not looked into
+NULL_WHITE = 1.8
 SAME = 6.0  # closer candidates are reported as one set
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
 ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise
 REAL_SHARE = 0.12  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
+NEEDED = 4.0  # times as much is left by all that does without the set: it is there, if not alone
 DOUBT = 300.0  # a set not believed by itself but so far ahead
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
 LEFT_NOISE = 0.2  # and of the noise power
@@ -34,7 +38,10 @@ WORTH_SHARE = 0.0008  # and more than this of the gap
 NOT_WHITE = 4.0  # times the squared autocorrelation of white noise
 MORE_LEAVES = 0.6  # a third effect is tried only where the second left at most this
 BEAM = 3
-MOST = 14
+MOST = 12  # candidates fitted of those glanced at,
+FINEST = 4  # and in their refined form too
+MOST_SINGLE = 16
+FINEST_SINGLE = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +75,13 @@ def base_paths(path: PathSpec) -> list[PathSpec]:
     return [path.model_copy(update={"effects": subset}) for subset in subsets]
 
 
+def _starting_points(null: Explanation, bare: Explanation) -> list[Explanation]:
+    """What effects are added to: the null, and the path without its own effects where these make a difference."""
+    if not null.fit.path.effects or abs(null.fit.rss - bare.fit.rss) < 1e-3 * bare.fit.rss:
+        return [null]
+    return [null, bare]
+
+
 def examine(
     problem: Problem,
     path: PathSpec,
@@ -81,17 +95,24 @@ def examine(
     given = min((problem.residual(base) for base in bases), key=lambda r: float(r @ r))
     nulls = [fit_null(bench, base) for base in bases]
     first = take_measure(bench, nulls)
-    null = min(nulls, key=lambda e: (first.score(e), -len(e.fit.path.effects)))
+    untouched = [] if first.rough else [as_given(bench, base) for base in bases]
+    null = min([*nulls, *untouched], key=lambda e: (first.score(e), -len(e.fit.path.effects)))
     known = [null]
     interrupted = False
     try:
-        known += scan(bench, [null] if null is nulls[-1] else [null, nulls[-1]])
-        for _ in range(settings.max_effects - 1):
+        measure = take_measure(bench, known)
+        quiet = measure.left(null) < WORTH_NULL * measure.noise and whiteness(null.fit.residual) < NULL_WHITE
+        silent = quiet or not measure.seen(null)
+        if not silent:
+            known += scan(bench, _starting_points(null, nulls[-1]), MOST_SINGLE, FINEST_SINGLE)
+        for _ in range(0 if silent else settings.max_effects - 1):
             measure = take_measure(bench, known)
             inside = sorted((e for e in known if e.inside and e.added), key=measure.score)
             # A form outside the vocabulary that leaves nothing ends the search too: more names would only mimic it.
             left = min(measure.left(e) for e in known)
             if left <= max(WORTH_NOISE * measure.noise, WORTH_SHARE * measure.left(null)):
+                break
+            if measure.score(null) - measure.score(inside[0]) < ENOUGH_TO_NAME and measure.left(null) < measure.noise:
                 break
             size = len(inside[0].added)
             if (
@@ -100,9 +121,11 @@ def examine(
                 and measure.left(inside[0]) > MORE_LEAVES * min(measure.left(e) for e in inside if len(e.added) < size)
             ):
                 break
-            known += scan(bench, inside[:BEAM], MOST)
-        inside = [e for e in known if e.inside and e.added]
-        known = distinct([*known, *exchange(bench, min(inside, key=take_measure(bench, known).score), MOST)])
+            known += scan(bench, inside[: BEAM if size == 1 else 1], MOST, FINEST)
+        inside = [e for e in known if e.inside and len(e.added) > 1]
+        if inside:
+            leader = min(inside, key=take_measure(bench, known).score)
+            known = distinct([*known, *exchange(bench, leader, MOST, FINEST)])
         for size in range(settings.max_effects, 1, -1):
             measure = take_measure(bench, known)
             larger = sorted((e for e in known if e.inside and len(e.added) == size), key=measure.score)
@@ -120,6 +143,8 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> 
     if over > 1.0 * measure.noise or (over > 0.25 * measure.noise and unlike_noise):
         return Verdict.UNEXPLAINED
     count = len(problem.measured)
+    if float(given @ given) / count - measure.floors[0] < (SEEN * problem.negligible) ** 2:
+        return Verdict.NOTHING_MISSING
     negligible = problem.negligible**2
     ratio = (float(given @ given) / count + negligible) / (null.powers[0] / count + negligible)
     worth = effective_samples(null.fit.residual)
@@ -146,9 +171,12 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         share = ROUGH_SHARE if measure.rough else LEFT_SHARE
         if not measure.rough and min(measure.left(e) for e in known) > NOBODY_LEAVES * left:
             share = REAL_SHARE
+        others = [(behind, e) for behind, e in scored if not set(best.added) <= set(e.added)]
+        if min((measure.left(e) for _, e in others), default=0.0) > NEEDED * left:
+            share = max(share, REAL_SHARE)
         unexplained = left > share * gap and left > LEFT_NOISE * measure.noise
         doubted = left > LEFT_NOISE * measure.noise and any(
-            behind < -DOUBT and measure.left(e) < DOUBT_LEAVES * left for behind, e in scored
+            behind < -DOUBT and measure.left(e) < DOUBT_LEAVES * left for behind, e in others
         )
         verdict = Verdict.UNEXPLAINED if rival or unexplained or doubted else Verdict.NAMED
     else:

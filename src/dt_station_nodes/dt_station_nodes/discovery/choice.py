@@ -7,7 +7,7 @@ from .problem import Problem
 from .selection import Bench, Explanation, penalised
 
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
-SEEN = 2.0  # times what the load's measurement errs by: less is no gap
+SEEN = 2.0  # times what no one would call a gap: less is none
 ROUGH_GAIN = 0.025  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
@@ -38,9 +38,9 @@ class Measure:
         return max(self.bench.misfit(explanation, self.floors) - self.noise, 0.0)
 
     def seen(self, explanation: Explanation) -> bool:
-        """Whether an explanation leaves, on any run, clearly more than the measured load's own errors could."""
+        """Whether an explanation leaves more than form error and the measured load's errors on any run."""
         for problem, power, floor in zip(self.bench.problems, explanation.powers, self.floors, strict=True):
-            if power / len(problem.measured) - floor > (SEEN * problem.inherited) ** 2:
+            if power / len(problem.measured) - floor > (SEEN * problem.negligible) ** 2:
                 return True
         return False
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 from .candidates import hypothesis
 from .hypothesis_fit import fit_hypothesis
-from .selection import Bench, Explanation, scan
+from .search import scan
+from .selection import Bench, Explanation
 
 
 def _without(bench: Bench, explanation: Explanation, name: str) -> Explanation:
@@ -32,9 +33,9 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
     return found
 
 
-def exchange(bench: Bench, leader: Explanation, most: int) -> list[Explanation]:
+def exchange(bench: Bench, leader: Explanation, most: int, finest: int) -> list[Explanation]:
     """Every candidate in place of each of a set's effects: the order they were found in may have misled the search."""
-    return scan(bench, [_without(bench, leader, name) for name in leader.added], most) if len(leader.added) > 1 else []
+    return scan(bench, [_without(bench, leader, name) for name in leader.added], most, finest)
 
 
 def distinct(known: Iterable[Explanation]) -> list[Explanation]:

@@ -172,6 +172,15 @@ def _inherited(simulator: PathSimulator, path: PathSpec, windows: Windows) -> fl
     return float(np.hypot(noisy, 0.5 * coarse))
 
 
+def _start_samples(path: PathSpec, sample_time_s: float, samples: int) -> int:
+    """How long what moved before the run began is felt: six times the slowest decay, at most a twentieth of the run."""
+    denominators = [path.denominator] + ([path.disturbance.denominator] if path.disturbance else [])
+    decays = [-float(pole.real) for d in denominators for pole in np.roots(d) if pole.real < -1e-9]
+    if not decays:
+        return 0
+    return min(int(np.ceil(6.0 * path.time_scale / min(decays) / sample_time_s)), samples // 20)
+
+
 def make_problem(
     run: Run, spec: ModelSpec, channel: Channel, settings: DiscoverySettings, frozen: NDArray[np.bool_] | None = None
 ) -> Problem:
@@ -186,8 +195,11 @@ def make_problem(
     anchored = integrates(path)
     noise = difference_noise(measured)
     window_s = settings.window_s or telling_window(measured, run.sample_time_s, noise)
-    windows = make_windows(len(run), run.sample_time_s, window_s, anchored)
+    velocity = _first_velocity(measured, run.sample_time_s, path)
+    start = _start_samples(path, run.sample_time_s, len(run)) if velocity is None and anchored else 0
+    windows = make_windows(len(run), run.sample_time_s, window_s, anchored, first=start)
     weights = np.ones(len(run))
+    weights[:start] = 0.0
     standing = path.rest + 0.0
     first = float(measured[0])
     if not anchored and abs(first - standing) <= 5.0 * noise + 1e-3 * float(np.ptp(measured)):
@@ -198,8 +210,8 @@ def make_problem(
     if frozen is not None:
         weights[frozen] = 0.0
     compared = windows.project(measured) if anchored else measured - measured.mean()
-    velocity = _first_velocity(measured, run.sample_time_s, path)
-    simulator = PathSimulator(channel, run.sample_time_s, voltage, load, rest, first, velocity)
+    other = run.get((Channel.POSITION if channel is Channel.PRESSURE else Channel.PRESSURE).voltage_signal)
+    simulator = PathSimulator(channel, run.sample_time_s, voltage, load, rest, first, velocity, other)
     return Problem(
         channel,
         simulator,

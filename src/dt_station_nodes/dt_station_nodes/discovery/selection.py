@@ -1,14 +1,17 @@
-"""Forward selection: every candidate fitted jointly with the nominal parameters, then pairs and triples."""
+"""Explanations: sets of effects fitted to a channel, and what they are measured by."""
 
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .candidates import Candidate, Freed, hypothesis, in_vocabulary, library, plain_starts, refined_starts
+from .candidates import (
+    Freed,
+    in_vocabulary,
+)
+from .fit import Fitted
 from .held_out import held_out_power
 from .hypothesis_fit import Fit, fit_hypothesis
 from .noise import effective_samples, noise_floor
@@ -17,23 +20,23 @@ from .terms import Hypothesis, Term
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
-Task = tuple["Explanation", Candidate]
 
 
 # Twice the log prior odds against forms that are rarely what a name means.
 UNUSUAL = {
     ("backlash", "input"): 4.0,
-    # Play in a linkage shows in a position; a pressure has none.
-    ("backlash", "pressure"): 12.0,
     ("overflow", "output"): 1.0,
+    # What a supply cannot exceed is called saturation where it is a pressure.
+    ("overflow", "pressure"): 14.0,
+    # A sensor that lags, waits or rings is rarer than a valve that does.
+    ("delay", "output"): 3.0,
+    ("extra_lag", "output"): 3.0,
+    ("resonance", "output"): 3.0,
     # A search over hundreds of frequencies finds one in any noise.
     ("periodic_disturbance", "position"): 13.0,
     ("periodic_disturbance", "pressure"): 13.0,
     ("periodic_disturbance", "input"): 13.0,
 }
-
-
-_MOST_AFRESH = 150
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,97 +152,15 @@ def penalised(bench: Bench, explanation: Explanation, samples: float, floors: tu
     return float(samples * level + fit.penalty + complexity)
 
 
+def as_given(bench: Bench, path: PathSpec) -> Explanation:
+    """The path with its parameters as they are: data that tell little of them must not bend them."""
+    residual = bench.problem.residual(path)
+    cost = float(residual @ residual) / bench.problem.sigma**2
+    fitted = Fitted(np.zeros(0), residual, np.zeros((len(residual), 0)), cost, 1)
+    return bench.explained(Fit(Hypothesis(path, ()), path, fitted, residual, cost, 0.0), (), {})
+
+
 def fit_null(bench: Bench, path: PathSpec) -> Explanation:
     """The path with its nominal parameters alone refitted."""
     fit = fit_hypothesis(bench.problem, Hypothesis(path, bench.nominal), iterations=12)
     return bench.judged(bench.explained(fit, (), {}))
-
-
-def fit_candidate(bench: Bench, base: Explanation, candidate: Candidate, hasty: bool = False) -> Explanation:
-    """One more effect on a base, plain then refined; the refined form only where it earns its parameters.
-
-    A `hasty` fit is a few steps of the plain form: enough to see which candidates deserve the whole.
-    """
-    problem = bench.problem
-    base_freed = {name: freed for name, freed in base.freed.items() if name != candidate.name}
-    added = (*(name for name in base.added if name != candidate.name), candidate.name)
-    freed = {**base_freed, candidate.name: candidate.required}
-    paths = plain_starts(problem, base.fit.path, candidate, base.fit.residual)
-    hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
-    starts = [h.start() for h in hypotheses]
-    # A null refit may have bent the nominal parameters far off to hide the effect: begin from the given ones too.
-    centres = np.array([term.centre for term in bench.nominal])
-    near = [np.concatenate([centres, x[len(centres) :]]) for x in starts]
-    if hasty:
-        fit = fit_hypothesis(problem, hypotheses[0], starts + near, 3, 1)
-    else:
-        groups = [(starts, 2), (near, 2)]
-        if len(base.added) == 1:
-            groups.append((_afresh(bench, base, candidate, hypotheses[0]), 2))
-        fits = [fit_hypothesis(problem, hypotheses[0], group, bench.iterations, keep) for group, keep in groups]
-        fit = min(fits, key=lambda f: f.fitted.cost)
-    plain = bench.explained(fit, added, freed)
-    if hasty or not candidate.optional:
-        return plain if hasty else bench.judged(plain)
-    freed = {**base_freed, candidate.name: candidate.required + candidate.optional}
-    paths = refined_starts(problem, fit.path, candidate, base.fit.residual)
-    hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
-    finer = fit_hypothesis(problem, hypotheses[0], [h.start() for h in hypotheses], bench.iterations, keep=3)
-    refined = bench.explained(finer, added, freed)
-    samples = bench.worth(refined)
-    floors = bench.floors(refined)
-    return min(bench.judged(plain), bench.judged(refined), key=lambda e: penalised(bench, e, samples, floors))
-
-
-def _afresh(bench: Bench, base: Explanation, candidate: Candidate, like: Hypothesis) -> list[Array]:
-    """Starts of a pair that forget what its first member was alone: there it had to do the work of both."""
-    path, problem = base.fit.path, bench.problem
-    index = next(i for i, effect in enumerate(path.effects) if effect.name == base.added[0])
-    former = Candidate(base.added[0], path.effects[index].at)
-    bare = path.model_copy(update={"effects": path.effects[:index] + path.effects[index + 1 :]})
-    centres = np.array([term.centre for term in bench.nominal])
-    found: list[Array] = []
-    for one in plain_starts(problem, bare, former, base.fit.residual):
-        paths = plain_starts(problem, one, candidate, base.fit.residual)
-        for both in paths:
-            by_name = {effect.name: effect for effect in both.effects}
-            ordered = both.model_copy(update={"effects": tuple(by_name[e.name] for e in like.path.effects)})
-            x = Hypothesis(ordered, like.terms).start()
-            found.append(np.concatenate([centres, x[len(centres) :]]))
-    stride = -(-len(found) // _MOST_AFRESH)
-    return found[::stride]
-
-
-def _each(bench: Bench, tasks: Sequence[Task], hasty: bool) -> list[Explanation]:
-    """Fits of all tasks in their order, whatever the number of workers."""
-
-    def work(task: Task) -> Explanation:
-        base, candidate = task
-        if bench.progress is not None and not hasty:
-            names = " + ".join((*base.added, candidate.name))
-            bench.progress(f"{bench.problem.channel.value}: {names}")
-        return fit_candidate(bench, base, candidate, hasty)
-
-    if bench.jobs > 1 and len(tasks) > 1:
-        with ThreadPoolExecutor(bench.jobs) as workers:
-            return list(workers.map(work, tasks))
-    return [work(task) for task in tasks]
-
-
-def scan(bench: Bench, bases: Iterable[Explanation], most: int = 0) -> list[Explanation]:
-    """Every candidate on every base, the best of each set of names, best first by cost.
-
-    With `most` given, a hasty fit of all chooses that many for the whole fit.
-    """
-    pool = library(bench.problem.channel)
-    tasks = [(base, c) for base in bases for c in pool if c.name not in base.added]
-    if 0 < most < len(tasks):
-        first = _each(bench, tasks, True)
-        order = sorted(range(len(tasks)), key=lambda i: (first[i].fit.fitted.cost, i))
-        tasks = [tasks[i] for i in sorted(order[:most])]
-    best: dict[tuple[str, ...], Explanation] = {}
-    for explanation in _each(bench, tasks, False):
-        key = tuple(sorted(explanation.added))
-        if key not in best or explanation.fit.fitted.cost < best[key].fit.fitted.cost:
-            best[key] = explanation
-    return sorted(best.values(), key=lambda e: (e.fit.fitted.cost, e.added))

@@ -35,7 +35,8 @@ OUTPUT_REST = 14  # Pa or m, the path's own rest, so that OUTPUT + OUTPUT_REST i
 INLET_RATE = 15  # 1/s, decay of the one store before the output's, 0 where there is none
 STATIC_GAIN = 16  # Pa/V or m/V, 0 for an integrating path
 VELOCITY = 17  # Pa/s or m/s at the start of the sub-step, without voltage feed-through and injection
-CONTEXT_SIZE = 18
+OTHER_INPUT = 18  # V, the other path's voltage
+CONTEXT_SIZE = 19
 
 
 def effect_step(function: Callable[..., float]) -> Any:

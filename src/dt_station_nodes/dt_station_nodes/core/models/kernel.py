@@ -19,6 +19,7 @@ from .compiled import (
     INLET_RATE,
     LOAD,
     LOAD_VELOCITY,
+    OTHER_INPUT,
     OUTLET_RATE,
     OUTPUT,
     OUTPUT_REST,
@@ -228,6 +229,8 @@ def run(
     for i in range(n):
         outputs[i, 0] = state[1] + rest
         outputs[i, 1] = state[2] + position[REST_OUTPUT]
+        context[OTHER_INPUT] = voltages[i, 1]
+        context[CONTEXT_SIZE + OTHER_INPUT] = voltages[i, 0]
         for j in range(substeps):
             context[TIME] = state[0] * timing[0] + j * h
             context[CONTEXT_SIZE + TIME] = context[TIME]

@@ -1,6 +1,7 @@
 """One path alone under given voltages and load: what a fit simulates thousands of times."""
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +10,7 @@ from ..channels import Channel
 from . import kernel
 from .compiled import CONTEXT_SIZE
 from .linear import LinearPath
-from .prepare import prepare, standing, substeps
+from .prepare import PreparedPath, prepare, standing, substeps
 from .spec import ModelSpec, PathSpec
 
 Array = NDArray[np.float64]
@@ -18,13 +19,22 @@ _FIRST_STATE = 3
 _NONE = np.zeros(0)
 
 
+@lru_cache(maxsize=64)
+def _absent(step_s: float, state_at: int, rest: float) -> PreparedPath:
+    """The path that is not simulated: its rest value for ever."""
+    nothing = prepare(None, step_s, state_at)
+    nothing.numbers[kernel.REST_OUTPUT] = rest
+    return nothing
+
+
 @dataclass(frozen=True, slots=True)
 class PathSimulator:
     """Simulates variants of one channel's path over one run by the kernel that runs whole models.
 
     `voltage_v` (n,), `load_pa` (n,) the pressure that loads a position path (absolute, interpolated within a
     sample) or empty, `rest_pa` the pressure's rest value, `first` the measured output (SI) the run begins at,
-    `first_velocity` (SI/s) how fast it then moves; None: it stands.
+    `first_velocity` (SI/s) how fast it then moves; None: it stands. `other_v` (n,): the other path's voltage, which
+    only effects look at.
     """
 
     channel: Channel
@@ -34,11 +44,15 @@ class PathSimulator:
     rest_pa: float
     first: float
     first_velocity: float | None = None
+    other_v: Array | None = None
     _voltages: Array = field(init=False)
 
     def __post_init__(self) -> None:
         voltages = np.zeros((len(self.voltage_v), 2))
-        voltages[:, 0 if self.channel is Channel.PRESSURE else 1] = self.voltage_v
+        own = 0 if self.channel is Channel.PRESSURE else 1
+        voltages[:, own] = self.voltage_v
+        if self.other_v is not None:
+            voltages[:, 1 - own] = self.other_v
         object.__setattr__(self, "_voltages", voltages)
 
     def _moving(self, linear: LinearPath, states: Array) -> Array:
@@ -55,10 +69,9 @@ class PathSimulator:
         steps = substeps(spec, self.sample_time_s)
         step_s = self.sample_time_s / steps
         is_pressure = self.channel is Channel.PRESSURE
-        pressure = prepare(path if is_pressure else None, step_s, _FIRST_STATE)
-        position = prepare(None if is_pressure else path, step_s, _FIRST_STATE + pressure.size)
-        if not is_pressure:
-            pressure.numbers[kernel.REST_OUTPUT] = self.rest_pa
+        pressure = prepare(path, step_s, _FIRST_STATE) if is_pressure else _absent(step_s, _FIRST_STATE, self.rest_pa)
+        after = _FIRST_STATE + pressure.size
+        position = _absent(step_s, after, 0.0) if is_pressure else prepare(path, step_s, after)
         own = pressure if is_pressure else position
         state = np.zeros(_FIRST_STATE + pressure.size + position.size)
         if own.linear.b.size:
@@ -89,7 +102,8 @@ class PathSimulator:
             )
             return outputs[:, 0 if is_pressure else 1].copy()
 
-        if path.effects and self.first_velocity is None:
+        remembers = own.size > own.linear.b.size + int(own.places[kernel.AWAY_STATES])
+        if remembers and self.first_velocity is None:
             # Lags, delays and loops remember the voltage that held the path standing, not the first of the run.
             before = state.copy()
             run(np.full((1, 2), self._holding(path)), load[:1])

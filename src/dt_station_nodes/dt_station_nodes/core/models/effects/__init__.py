@@ -16,6 +16,7 @@ NAMES = (
     "asymmetric_gain",
     "backlash",
     "bias",
+    "cross_coupling",
     "cubic_stiffness",
     "dead_zone",
     "delay",

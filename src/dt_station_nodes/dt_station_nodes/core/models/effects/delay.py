@@ -44,4 +44,5 @@ EFFECT = Effect(
     source="dead time as a ring of sub-steps with linear interpolation",
     state_size=_SLOTS + 2,
     sub_stepped=True,
+    also=(Attachment.OUTPUT,),
 )

@@ -69,8 +69,9 @@ class Effect:
 
     `step` is a C function made by `effect_step`; its parameters come in the order of `parameters`, its state is
     `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample. `also` lists
-    places other than `attachment` where a model may put it. Effects outside the `vocabulary` are never named by
-    discovery: they stand for behaviour that must not be mistaken for a named effect.
+    places other than `attachment` where a model may put it, tried by discovery on the channels of `also_on`. Effects
+    outside the `vocabulary` are never named by discovery: they stand for behaviour that must not be mistaken for a
+    named effect.
     """
 
     name: str
@@ -84,6 +85,7 @@ class Effect:
     state_size: int = 0
     sub_stepped: bool = False
     also: tuple[Attachment, ...] = ()
+    also_on: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
     vocabulary: bool = True
 
     def parameter(self, name: str) -> Parameter:

@@ -45,4 +45,5 @@ EFFECT = Effect(
     source="first-order element, exact for a held input",
     state_size=3,
     sub_stepped=True,
+    also=(Attachment.OUTPUT,),
 )

@@ -38,9 +38,10 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
     wanted = value - s[0]
+    rate = p[0] * (1.0 + p[2] if wanted > 0.0 else 1.0 - p[2])
     if p[1] > 1e-6:
-        return _soft(s, value, p[0] * p[1], c[SUBSTEP] / p[1])
-    most = p[0] * c[SUBSTEP]
+        return _soft(s, value, rate * p[1], c[SUBSTEP] / p[1])
+    most = rate * c[SUBSTEP]
     if abs(wanted) <= most:
         s[0] = value
         # The mean over the sub-step of a ramp that ends within it.
@@ -71,6 +72,15 @@ EFFECT = Effect(
             0.0,
             0.2,
             (0.01,),
+            optional=True,
+        ),
+        Parameter(
+            "asymmetry",
+            Quantity.RATIO,
+            "rate upwards above, downwards below the mean",
+            -0.95,
+            0.95,
+            (-0.5, 0.5),
             optional=True,
         ),
     ),

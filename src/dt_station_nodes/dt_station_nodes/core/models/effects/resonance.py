@@ -32,7 +32,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     rate = s[1]
     s[0] = value + s[3] * offset + s[4] * rate
     s[1] = s[5] * offset + s[6] * rate
-    return value + share * (0.5 * (before + s[0]) - value)
+    mean_rate = 0.5 * (rate + s[1]) / (2.0 * math.pi * frequency)
+    return value + share * (0.5 * (before + s[0]) - value) + p[3] * mean_rate
 
 
 EFFECT = Effect(
@@ -52,10 +53,20 @@ EFFECT = Effect(
             neutral=1.0,
             optional=True,
         ),
+        Parameter(
+            "riding",
+            Quantity.RATIO,
+            "how much of the mode's rate, over its angular frequency, rides on top",
+            -2.0,
+            2.0,
+            (0.0, 0.5, -0.5),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Tap or step the rig and listen for ringing; look at hose length, trapped air and frame stiffness.",
     source="second-order mode; hydraulic natural frequency as Merritt (1967), 6.2",
     state_size=7,
     sub_stepped=True,
+    also=(Attachment.OUTPUT,),
 )

@@ -1,15 +1,20 @@
-"""Saturation: the valve or its amplifier gives no more beyond a limit."""
+"""Saturation: the valve, its amplifier or the supply gives no more beyond a limit.
+
+At the output of a path with a static gain the limits are the voltages that would hold it there.
+"""
 
 import math
 
-from ..compiled import Doubles, effect_step
+from ...channels import Channel
+from ..compiled import STAGE, STATIC_GAIN, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    upper, lower, rounding = p[0], p[1], p[2]
-    if rounding > 1e-12:
+    unit = c[STATIC_GAIN] if c[STAGE] > 1.5 else 1.0
+    upper, lower, rounding = p[0] * unit, p[1] * unit, p[2] * unit
+    if rounding > 1e-12 * unit:
         a = (value - lower) / rounding
         b = (value - upper) / rounding
         above = a if a > 30.0 else math.log1p(math.exp(a))
@@ -48,4 +53,6 @@ EFFECT = Effect(
     step=_step,
     check="Raise the voltage in steps and see where the output stops following; look at amplifier and supply limits.",
     source="Merritt, Hydraulic Control Systems (1967), 5.3: flow saturation",
+    also=(Attachment.OUTPUT,),
+    also_on=(Channel.PRESSURE,),
 )

@@ -1,0 +1,34 @@
+"""Cross-coupling: the other channel's voltage leaks into this one's. A rival to what it looks like, never named."""
+
+from ..compiled import OTHER_INPUT, SUBSTEP, Doubles, effect_step
+from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@effect_step
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    other = c[OTHER_INPUT]
+    if p[1] > 1e-9:
+        if s[1] == 0.0:
+            s[1] = 1.0
+            s[0] = other
+        s[0] += (other - s[0]) * c[SUBSTEP] / (p[1] + c[SUBSTEP])
+        return value + p[0] * (s[0] + p[2] * (other - s[0]))
+    return value + p[0] * other
+
+
+EFFECT = Effect(
+    name="cross_coupling",
+    sentence="The other channel's voltage acts on this one.",
+    attachment=Attachment.INPUT,
+    parameters=(
+        Parameter("share", Quantity.RATIO, "volts here per volt there", -3.0, 3.0, (0.03, -0.03, 0.3, -0.3)),
+        Parameter("lag_s", Quantity.TIME, "lag with which it arrives", 0.0, 5.0, (0.05, 0.5), optional=True),
+        Parameter("at_once", Quantity.RATIO, "share that does not lag", -2.0, 2.0, (0.0,), optional=True),
+    ),
+    step=_step,
+    check="Command one channel alone and watch the other; look at shared supplies, grounds and amplifiers.",
+    source="first-order cross-talk",
+    state_size=2,
+    sub_stepped=True,
+    vocabulary=False,
+)

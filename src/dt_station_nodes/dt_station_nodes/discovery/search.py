@@ -1,0 +1,122 @@
+"""Forward selection: every candidate fitted jointly with the nominal parameters, on bases that grow."""
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .candidates import Candidate, Freed, hypothesis, library, pair_starts, plain_starts, refined_starts
+from .hypothesis_fit import fit_hypothesis
+from .selection import Bench, Explanation, penalised
+from .terms import Hypothesis
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """One more effect on a base; `seen` what a glance found."""
+
+    base: Explanation
+    candidate: Candidate
+    seen: Explanation | None = None
+
+    @property
+    def freed(self) -> Freed:
+        """Parameters that the base's effects have free."""
+        return {name: freed for name, freed in self.base.freed.items() if name != self.candidate.name}
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """The names."""
+        return (*(name for name in self.base.added if name != self.candidate.name), self.candidate.name)
+
+
+def _glance(bench: Bench, task: _Task) -> _Task:
+    """A few steps of the plain form: enough to see which candidates deserve the whole."""
+    starts, near, like = _starts(bench, task)
+    fit = fit_hypothesis(bench.problem, like, starts + near, 3, 1)
+    return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}))
+
+
+def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypothesis]:
+    base = task.base
+    freed = {**task.freed, task.candidate.name: task.candidate.required}
+    paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual)
+    hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
+    starts = [h.start() for h in hypotheses]
+    # A null refit may have bent the nominal parameters far off to hide the effect: begin from the given ones too.
+    centres = np.array([term.centre for term in bench.nominal])
+    return starts, [np.concatenate([centres, x[len(centres) :]]) for x in starts], hypotheses[0]
+
+
+def _plain(bench: Bench, task: _Task) -> _Task:
+    """The plain form from several starts."""
+    problem, base, candidate = bench.problem, task.base, task.candidate
+    starts, near, like = _starts(bench, task)
+    groups = [(starts if task.seen is None else [task.seen.fit.fitted.x], 2), (near, 2)]
+    if len(base.added) == 1:
+        groups.append((pair_starts(problem, base.fit.path, candidate, base.fit.residual, like), 2))
+    fits = [fit_hypothesis(problem, like, group, bench.iterations, keep) for group, keep in groups]
+    fit = min(fits, key=lambda f: f.fitted.cost)
+    found = bench.explained(fit, task.added, {**task.freed, candidate.name: candidate.required})
+    return replace(task, seen=bench.judged(found))
+
+
+def _refined(bench: Bench, task: _Task) -> _Task:
+    """The refined form around the plain one, where it earns its parameters."""
+    problem, candidate, plain = bench.problem, task.candidate, task.seen
+    if plain is None or not candidate.optional:
+        return task
+    freed = {**task.freed, candidate.name: candidate.required + candidate.optional}
+    paths = refined_starts(problem, plain.fit.path, candidate, task.base.fit.residual)
+    hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
+    finer = fit_hypothesis(problem, hypotheses[0], [h.start() for h in hypotheses], bench.iterations, keep=3)
+    refined = bench.judged(bench.explained(finer, task.added, freed))
+    samples = bench.worth(refined)
+    floors = bench.floors(refined)
+    return replace(task, seen=min(plain, refined, key=lambda e: penalised(bench, e, samples, floors)))
+
+
+def _each(bench: Bench, work: Callable[[Bench, _Task], _Task], tasks: Sequence[_Task]) -> list[_Task]:
+    """All tasks' results in their order, whatever the number of workers."""
+
+    def one(task: _Task) -> _Task:
+        if bench.progress is not None and work is not _glance:
+            bench.progress(f"{bench.problem.channel.value}: {' + '.join(task.added)}")
+        return work(bench, task)
+
+    if bench.jobs > 1 and len(tasks) > 1:
+        with ThreadPoolExecutor(bench.jobs) as workers:
+            return list(workers.map(one, tasks))
+    return [one(task) for task in tasks]
+
+
+def _cost(task: _Task) -> float:
+    return np.inf if task.seen is None else task.seen.fit.fitted.cost
+
+
+def _best(tasks: Sequence[_Task], most: int) -> tuple[list[_Task], list[_Task]]:
+    """The `most` tasks of least cost in their order, and the others."""
+    order = sorted(range(len(tasks)), key=lambda i: (_cost(tasks[i]), i))
+    chosen = set(order[:most])
+    return [t for i, t in enumerate(tasks) if i in chosen], [t for i, t in enumerate(tasks) if i not in chosen]
+
+
+def scan(bench: Bench, bases: Iterable[Explanation], most: int, finest: int) -> list[Explanation]:
+    """Candidates on each base, the best of each set of names, best first by cost.
+
+    All are glanced at, the best `most` of them fitted, the best `finest` of these in their refined form too.
+    """
+    pool = library(bench.problem.channel)
+    tasks = [_Task(base, c) for base in bases for c in pool if c.name not in base.added]
+    chosen, _ = _best(_each(bench, _glance, tasks), most)
+    finer, others = _best(_each(bench, _plain, chosen), finest)
+    best: dict[tuple[str, ...], Explanation] = {}
+    for task in (*_each(bench, _refined, finer), *others):
+        key = tuple(sorted(task.added))
+        if task.seen is not None and (key not in best or task.seen.fit.fitted.cost < best[key].fit.fitted.cost):
+            best[key] = task.seen
+    return sorted(best.values(), key=lambda e: (e.fit.fitted.cost, e.added))
