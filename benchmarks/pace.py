@@ -4,11 +4,13 @@
 
 Real time: missed samples (a command not in before the next sample) at each rate, as separate processes and
 composed in one process, with and without real-time priority. Lockstep: times faster than real time at 20 ms.
-`--long` holds 20 ms for so many seconds with all nodes as processes. Run it on a quiet machine; it says how
-busy the machine was.
+`--long` holds 20 ms for so many seconds with all nodes as processes, and says how long the machine itself stood still
+meanwhile, and how many samples were excused (late because the bridge was, their commands in a quarter of a period
+after it). Run it on a quiet machine; it says how busy the machine was.
 """
 
 import argparse
+import contextlib
 import json
 import os
 import statistics as stats
@@ -27,6 +29,20 @@ from dt_station_nodes.nodes.supervisor import Supervisor
 
 HERE = Path(__file__).resolve().parent
 PRIORITY = "DT_STATION_PRIORITY"
+# pinned to a core, above everybody on it: whatever keeps it from waking every 2 ms keeps the station too
+STANDSTILL = """
+import os, select, sys, time
+os.sched_setaffinity(0, {int(sys.argv[1])})
+try:
+    os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(90))
+except OSError:
+    pass
+longest, last = 0.0, time.perf_counter()
+while not select.select([0], [], [], 0.002)[0]:
+    now = time.perf_counter()
+    longest, last = max(longest, now - last - 0.002), now
+print(longest)
+"""
 
 
 def plain(rate: float, seconds: float, priority: bool) -> dict:
@@ -54,7 +70,23 @@ def ours(scenario: Scenario, nursery: Nursery | None) -> dict:
         "max_s": bridge["latency_max_s"],
         "factor": bridge["realtime_factor"],
         "overruns": bridge["overruns"],
+        "excused": bridge["excused_samples"],
+        "late_max_s": bridge["late_max_s"],
     }
+
+
+@contextlib.contextmanager
+def standstills(found: dict):
+    """Adds the longest standstill of the machine meanwhile, s: what the highest priority on each core had to wait."""
+    processes = [
+        subprocess.Popen([sys.executable, "-c", STANDSTILL, str(core)], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        for core in sorted(os.sched_getaffinity(0))
+    ]
+    try:
+        yield
+    finally:
+        longest = [float(process.communicate(b"\n")[0] or "nan") for process in processes]
+        found["standstill_s"] = max(longest)
 
 
 def with_priority(wanted: bool, measure) -> dict:
@@ -72,7 +104,7 @@ def with_priority(wanted: bool, measure) -> dict:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=5.0, help="length of each real-time run")
-    parser.add_argument("--rates", type=float, nargs="+", default=[50.0, 200.0, 500.0, 1000.0], help="Hz")
+    parser.add_argument("--rates", type=float, nargs="*", default=[50.0, 200.0, 500.0, 1000.0], help="Hz")
     parser.add_argument("--long", type=float, default=0.0, help="seconds at 20 ms as separate processes")
     parser.add_argument("--json", action="store_true")
     given = parser.parse_args()
@@ -100,7 +132,10 @@ def main() -> None:
                 middle = stats.median(each["factor"] for each in found)
                 add(what, 50.0, next(each for each in found if each["factor"] == middle))
             if given.long:
-                add("station, processes, priority, long", 50.0, ours(base.changed(duration_s=given.long), nursery))
+                machine: dict[str, float] = {}
+                with standstills(machine):
+                    found = ours(base.changed(duration_s=given.long), nursery)
+                add("station, processes, priority, long", 50.0, {**found, **machine})
         finally:
             nursery.close()
     reference = {(row["rate_hz"], "priority" in row["what"]): row for row in rows if row["what"].startswith("plain")}
@@ -124,6 +159,11 @@ def main() -> None:
             f"{row['load']:.1f}",
         )
     Console().print(table)
+    for row in rows:
+        if "standstill_s" in row:
+            late_ms, stood_ms = 1e3 * row["late_max_s"], 1e3 * row["standstill_s"]
+            print(f"{row['what']}: {row['missed']} of {row['samples']} missed, {row['excused']} excused")
+            print(f"  latest sample {late_ms:.1f} ms late; longest standstill of the machine {stood_ms:.1f} ms")
 
 
 if __name__ == "__main__":

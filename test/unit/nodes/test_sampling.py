@@ -79,6 +79,42 @@ def test_late_samples_are_flagged_and_caught_up():
     assert bench.loop.deadline_ns() == 80 * MS
 
 
+def test_a_standstill_of_the_machine_makes_a_sample_late_and_no_command_missed():
+    bench = Bench(Pace.REALTIME)
+    bench.answer(1.0)
+    bench.at(20)
+    bench.at(74)
+    assert len(bench.published) == 2
+    bench.now += 2 * MS
+    bench.answer(2.0)
+    assert bench.published[-1].sequence == 2
+    assert bench.published[-1].servo_voltage_v == 2.0
+    assert bench.published[-1].flags == SampleFlag.OVERRUN
+    bench.at(77)
+    bench.answer(3.0)
+    bench.answer(4.0)
+    bench.at(80)
+    assert [s.sequence for s in bench.published] == [0, 1, 2, 3, 4]
+    figures = bench.loop.statistics.values()
+    assert (figures["missed_samples"], figures["excused_samples"], figures["overruns"]) == (0, 2, 2)
+    assert figures["late_max_s"] == pytest.approx(36e-3)
+    assert bench.loop.deadline_ns() == 100 * MS
+
+
+def test_the_grace_after_a_standstill_is_short_and_given_once():
+    bench = Bench(Pace.REALTIME)
+    bench.answer(1.0)
+    bench.at(20)
+    bench.at(45)
+    assert bench.loop.deadline_ns() == 50 * MS
+    bench.at(50)
+    assert bench.published[-1].sequence == 2
+    assert SampleFlag.LOAD_COMMAND_MISSED in bench.published[-1].flags
+    assert bench.loop.statistics.missed == 1
+    bench.at(60)
+    assert bench.loop.statistics.missed == 2
+
+
 def test_lockstep_goes_as_fast_as_the_answers_and_ends_once():
     bench = Bench(Pace.LOCKSTEP, last=5)
     for k in range(5):

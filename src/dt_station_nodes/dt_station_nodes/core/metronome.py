@@ -13,6 +13,9 @@ from .channels import Channel
 from .errors import StationError
 from .samples import SampleFlag, ValveCommand
 
+# what the best of timers may be late
+_OVERSLEEP_NS = 500_000
+
 
 class MetronomeError(StationError):
     """A pace that cannot be kept."""
@@ -63,7 +66,10 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class MetronomeState:
-    """`sequence` is the last sample taken (-1: none); `due_ns` when the next is (realtime) or is forced (lockstep)."""
+    """`sequence` is the last sample taken (-1: none); `due_ns` when the next is (realtime) or is forced (lockstep).
+
+    `excused` says that the next sample is late anyway and the commands of the last have a little longer.
+    """
 
     sequence: int = -1
     answered: bool = True
@@ -72,6 +78,7 @@ class MetronomeState:
     command: Mapping[Channel, ValveCommand] = field(default_factory=dict)
     silent: Mapping[Channel, int] = field(default_factory=dict)
     followed: int | None = None
+    excused: bool = False
 
 
 class Metronome:
@@ -85,15 +92,9 @@ class Metronome:
     """
 
     __slots__ = (
-        "_follower_ns",
-        "_max_late_ns",
-        "_sample_time_s",
-        "_timeout_ns",
-        "expected",
-        "max_lead",
-        "pace",
-        "patience",
-    )
+        "_follower_ns", "_max_late_ns", "_oversleep_ns", "_sample_time_s", "_timeout_ns", "expected", "max_lead",
+        "pace", "patience",
+    )  # fmt: skip
 
     def __init__(
         self,
@@ -118,6 +119,7 @@ class Metronome:
         self._timeout_ns = round(command_timeout_s * 1e9)
         self._follower_ns = round(follower_timeout_s * 1e9)
         self._max_late_ns = round(max_late_s * 1e9)
+        self._oversleep_ns = max(round(sample_time_s * 5e7), _OVERSLEEP_NS)
 
     def offset_ns(self, sequence: int) -> int:
         """Time from sample 0 to sample `sequence`, without drift."""
@@ -135,7 +137,14 @@ class Metronome:
         silent = state.silent if command.sequence != state.sequence else {**state.silent, channel: 0}
         commands = {**state.command, channel: command}
         return MetronomeState(
-            state.sequence, state.answered, state.due_ns, state.origin_ns, commands, silent, state.followed
+            state.sequence,
+            state.answered,
+            state.due_ns,
+            state.origin_ns,
+            commands,
+            silent,
+            state.followed,
+            state.excused,
         )
 
     def follow(self, state: MetronomeState, sequence: int) -> MetronomeState:
@@ -159,6 +168,17 @@ class Metronome:
         missing = self.missing(state)
         return not missing or all(state.silent.get(channel, 0) >= self.patience for channel in missing)
 
+    def overslept(self, state: MetronomeState, now_ns: int) -> MetronomeState:
+        """In real time: the sample is due and its predecessor's commands are not in.
+
+        If the caller itself comes late, the machine stood still for the controllers too: they get a quarter of a
+        period, once, before a stale command is held. The sample is late anyway, and says so.
+        """
+        late = now_ns - state.due_ns
+        if self.pace is not Pace.REALTIME or state.excused or state.sequence < 1 or late < self._oversleep_ns:
+            return state
+        return replace(state, due_ns=now_ns + self.offset_ns(1) // 4, excused=True)
+
     def answer(self, state: MetronomeState) -> tuple[MetronomeState, Answer]:
         """Answer the last sample with what is in; what is not is held and counted as missed."""
         missed = self.missing(state)
@@ -167,6 +187,8 @@ class Metronome:
             silent = {**silent, channel: silent.get(channel, 0) + 1}
         voltage = {channel: command.voltage_v for channel, command in state.command.items()}
         due = state.due_ns
+        if state.excused:
+            due = state.origin_ns + self.offset_ns(state.sequence + 1)
         if self._ahead(state) and not state.answered:
             due += max(0, self._follower_ns - self._timeout_ns)
         after = MetronomeState(state.sequence, True, due, state.origin_ns, state.command, silent, state.followed)

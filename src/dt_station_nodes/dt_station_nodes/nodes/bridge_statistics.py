@@ -16,7 +16,7 @@ class BridgeStatistics:
         self._sample_time_s = sample_time_s
         self._latency = LatencyHistogram()
         self._taken_ns = self._started_ns = self._last_ns = 0
-        self.samples = self.missed = self.overruns = 0
+        self.samples = self.missed = self.overruns = self.excused = 0
         self._missed: dict[str, int] = {}
         self._late_max_ns = self._shifted_ns = self._followers_lost = self._sensor_faults = self._limited = 0
 
@@ -39,8 +39,9 @@ class BridgeStatistics:
         self._shifted_ns += tick.shifted_ns
         self._followers_lost += tick.follower_lost
 
-    def answered(self, answer: Answer, now_ns: int) -> None:
-        """The sample's commands are in, or given up."""
+    def answered(self, answer: Answer, now_ns: int, excused: bool = False) -> None:
+        """The sample's commands are in, or given up; `excused`: after a standstill that was not theirs."""
+        self.excused += excused and not answer.missed
         if answer.missed:
             self.missed += 1
             for channel in answer.missed:
@@ -58,6 +59,7 @@ class BridgeStatistics:
             "missed_samples": self.missed,
             "missed_pressure": self._missed.get("pressure", 0),
             "missed_position": self._missed.get("position", 0),
+            "excused_samples": self.excused,
             "overruns": self.overruns,
             "latency_p50_s": self._latency.percentile(0.5),
             "latency_p99_s": self._latency.percentile(0.99),

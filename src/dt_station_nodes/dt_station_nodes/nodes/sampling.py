@@ -66,6 +66,9 @@ class Sampling:
             return
         now = self._clock()
         if not self._state.answered and now >= self._state.due_ns:
+            self._state = self._metronome.overslept(self._state, now)
+            if now < self._state.due_ns:
+                return
             # in lockstep there may still be followers to wait for
             self._answer()
         if self._metronome.due(self._state, now):
@@ -123,13 +126,14 @@ class Sampling:
         self._eager = self._metronome.due(self._state, now)
 
     def _answer(self) -> None:
+        excused = self._state.excused
         self._state, answer = self._metronome.answer(self._state)
         now = self._clock()
         if self._state.sequence == 0 and self._metronome.pace is Pace.REALTIME:
             self._state = self._metronome.begin(self._state, now)
             self.statistics.start(now - self._metronome.offset_ns(1))
         else:
-            self.statistics.answered(answer, now)
+            self.statistics.answered(answer, now, excused)
         self._flags = answer.flags
         if self._delay:
             self._pending = answer.voltage_v
