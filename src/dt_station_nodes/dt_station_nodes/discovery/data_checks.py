@@ -65,11 +65,12 @@ def frozen_samples(measured: Array) -> NDArray[np.bool_]:
 
 def _waking(flags: NDArray[np.bool_], measured: Array) -> NDArray[np.bool_]:
     """Stretches that end in a jump far above the movement after it."""
+    step = quantisation_step(measured)
     edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
     kept = np.zeros_like(flags)
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         after = np.abs(np.diff(measured[stop - 1 : stop + 6]))
-        if len(after) > 1 and after[0] > WAKES * float(np.median(after[1:])):
+        if len(after) > 1 and after[0] > WAKES * max(float(np.median(after[1:])), step):
             kept[start:stop] = True
     return kept
 

@@ -16,6 +16,8 @@ Integers = NDArray[np.int64]
 
 # Long enough for speed at 20 ms, short enough that stick, lag and delay are resolved.
 LONGEST_SUBSTEP_S = 0.005
+# An effect fed back is held over a sub-step: of a swing of the path at most so much may pass meanwhile.
+FINE_RAD = 0.15
 # A slow plant is sampled slowly: beyond this its sub-steps would only cost time.
 MOST_SUBSTEPS = 8
 
@@ -42,7 +44,21 @@ def substeps(spec: ModelSpec, sample_time_s: float) -> int:
     coupled = any(path.disturbance is not None for path in spec.paths.values())
     if not coupled and not any(effect.sub_stepped for effect in effects):
         return 1
-    return min(max(1, math.ceil(sample_time_s / LONGEST_SUBSTEP_S - 1e-9)), MOST_SUBSTEPS)
+    resolved = max((_feedback_rate(path) for path in spec.paths.values()), default=0.0) * sample_time_s / FINE_RAD
+    return min(max(1, math.ceil(max(sample_time_s / LONGEST_SUBSTEP_S, resolved) - 1e-9)), MOST_SUBSTEPS)
+
+
+def _feedback_rate(path: PathSpec) -> float:
+    """Rate (rad/s) at which a static path answers an effect inside it that feeds its output back; 0 without one."""
+    inside = [
+        effect
+        for effect in path.effects
+        if registry()[effect.name].sub_stepped and (effect.at or registry()[effect.name].attachment) is Attachment.STATE
+    ]
+    order = len(path.denominator) - 1
+    if not inside or not order or path.denominator[-1] == 0.0:
+        return 0.0
+    return float(abs(path.denominator[-1] / path.denominator[0]) ** (1.0 / order)) / path.time_scale
 
 
 def _stage(chosen: tuple[Attachment, Effect, dict[str, float]]) -> int:
