@@ -98,7 +98,7 @@ def certain(explanation: Explanation, measure: Measure) -> bool:
         for index, term in enumerate(fit.hypothesis.terms)
         if term.effect >= 0
     }
-    held = [index for index, parameter in parameters.items() if parameter.optional and not parameter.acts_alone]
+    held = [index for index, parameter in parameters.items() if not parameter.shows_presence]
     covariance = fit.fitted.covariance(samples, len(fit.residual), held)
     sure = set()
     for index, parameter in parameters.items():

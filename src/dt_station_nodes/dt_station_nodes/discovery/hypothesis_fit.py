@@ -77,7 +77,9 @@ def fit_hypothesis(
             for x in candidates
         ]
         order = sorted(range(len(candidates)), key=lambda i: (costs[i], i))
-        candidates = [candidates[i] for i in order[:keep]]
+        # Starts of one cost do the same, most often nothing: one of them is enough.
+        apart = [i for n, i in enumerate(order) if n == 0 or costs[i] - costs[order[n - 1]] > 1e-9 * costs[i]]
+        candidates = [candidates[i] for i in apart[:keep]]
     best: Fitted | None = None
     for x in candidates:
         found = least_squares(residuals, x, bounds[:, 0], bounds[:, 1], steps, iterations)

@@ -72,7 +72,7 @@ _TELLING = 100.0
 # so many seconds, or so much of a long run.
 _FORGOTTEN = 7.0
 _SETTLING_S = 0.4
-_SETTLING_SHARE = 0.02
+_SETTLING_SHARE = 0.05
 
 
 def integrates(path: PathSpec) -> bool:
@@ -196,8 +196,8 @@ def make_problem(
     noise = difference_noise(measured)
     window_s = settings.window_s or telling_window(measured, run.sample_time_s, noise)
     velocity = _first_velocity(measured, run.sample_time_s, path)
-    start = _start_samples(path, run.sample_time_s, len(run)) if velocity is None and anchored else 0
-    windows = make_windows(len(run), run.sample_time_s, window_s, anchored, first=start)
+    start = _start_samples(path, run.sample_time_s, len(run)) if velocity is None else 0
+    windows = make_windows(len(run), run.sample_time_s, window_s, anchored, first=start if anchored else 0)
     weights = np.ones(len(run))
     weights[:start] = 0.0
     standing = path.rest + 0.0

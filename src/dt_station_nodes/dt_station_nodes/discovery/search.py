@@ -37,7 +37,7 @@ class _Task:
 def _glance(bench: Bench, task: _Task) -> _Task:
     """A few steps of the plain form: enough to see which candidates deserve the whole."""
     starts, near, like = _starts(bench, task)
-    fit = fit_hypothesis(bench.problem, like, starts + near, 3, 1)
+    fit = fit_hypothesis(bench.problem, like, starts + near, 3, 2)
     return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}))
 
 

@@ -1,5 +1,7 @@
 """Cubic stiffness: a restoring force that grows with the cube of the stroke."""
 
+import math
+
 from ...channels import Channel
 from ..compiled import OUTPUT, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
@@ -8,7 +10,8 @@ from .effect import Attachment, Effect, Parameter, Quantity
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     y = c[OUTPUT] - p[1]
-    return value - p[0] * y * y * y
+    pressed = math.copysign(max(abs(y) - p[2], 0.0), y)
+    return value - p[0] * pressed * pressed * pressed
 
 
 EFFECT = Effect(
@@ -25,6 +28,7 @@ EFFECT = Effect(
             (0.02, 0.2, -0.02),
         ),
         Parameter("centre", Quantity.OUTPUT, "place where the spring is at rest", -2.0, 2.0, (0.0,), optional=True),
+        Parameter("play", Quantity.OUTPUT, "way to either side before it is met", 0.0, 1.0, (0.0, 0.3), optional=True),
     ),
     step=_step,
     channels=(Channel.POSITION,),

@@ -2,23 +2,30 @@
 
 import math
 
+from numba import njit
+
 from ..compiled import Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
-@effect_step
-def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    half_width, centre, rounding, restored = p[0], p[1], p[2], p[3]
-    x = value - centre
+@njit(cache=True)
+def _beyond(x: float, half_width: float, rounding: float, restored: float) -> float:
+    """What of x lies beyond the band, its corners rounded."""
     if rounding > 1e-9 * (abs(half_width) + 1e-12):
         a = (x - half_width) / rounding
         b = (-x - half_width) / rounding
         above = a if a > 30.0 else math.log1p(math.exp(a))
         below = b if b > 30.0 else math.log1p(math.exp(b))
         jump = 1.0 / (1.0 + math.exp(min(-a, 30.0))) - 1.0 / (1.0 + math.exp(min(-b, 30.0)))
-        return centre + rounding * (above - below) + restored * half_width * jump
+        return rounding * (above - below) + restored * half_width * jump
     excess = abs(x) - half_width
-    return centre + (math.copysign(excess + restored * half_width, x) if excess > 0.0 else 0.0)
+    return math.copysign(excess + restored * half_width, x) if excess > 0.0 else 0.0
+
+
+@effect_step
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    leak = p[4]
+    return leak * value + (1.0 - leak) * _beyond(value - p[1], p[0], p[2], p[3])
 
 
 EFFECT = Effect(
@@ -27,7 +34,15 @@ EFFECT = Effect(
     attachment=Attachment.INPUT,
     parameters=(
         Parameter("half_width_v", Quantity.INPUT, "half the width of the dead band", 0.0, 1.5, (0.02, 0.06, 0.15, 0.4)),
-        Parameter("centre_v", Quantity.INPUT, "voltage in its middle", -0.3, 0.3, (0.0,), optional=True),
+        Parameter(
+            "centre_v",
+            Quantity.INPUT,
+            "voltage in its middle, where its edges differ",
+            -0.3,
+            0.3,
+            (0.0,),
+            optional=True,
+        ),
         Parameter(
             "rounding_v", Quantity.INPUT, "voltage over which its corners are rounded", 0.0, 0.5, (0.05,), optional=True
         ),
@@ -38,6 +53,15 @@ EFFECT = Effect(
             0.0,
             1.0,
             (0.0, 1.0),
+            optional=True,
+        ),
+        Parameter(
+            "leak",
+            Quantity.RATIO,
+            "share of the voltage that acts within the band, as the lap leaks",
+            0.0,
+            0.9,
+            (0.0, 0.3),
             optional=True,
         ),
     ),

@@ -42,8 +42,8 @@ class Parameter:
 
     `lower`, `upper` and `starts` are multiples of the run's scale of `quantity` (1 for ratios, seconds, hertz and
     radians); `neutral` is the value, in the parameter's own unit, at which it changes nothing. An `optional`
-    parameter refines the form and stays neutral unless a model sets it or a fit frees it; one that `acts_alone` is the
-    effect's presence by itself, whatever the required ones are.
+    parameter refines the form and stays neutral unless a model sets it or a fit frees it. The effect is present where a
+    parameter that `acts_alone` (None: every one that is not optional) is off its neutral value.
     """
 
     name: str
@@ -54,7 +54,12 @@ class Parameter:
     starts: tuple[float, ...]
     neutral: float = 0.0
     optional: bool = False
-    acts_alone: bool = False
+    acts_alone: bool | None = None
+
+    @property
+    def shows_presence(self) -> bool:
+        """Whether it being off its neutral value means that the effect is there."""
+        return not self.optional if self.acts_alone is None else self.acts_alone
 
     def unit(self, channel: Channel, at: "Attachment | None" = None) -> str:
         """Unit on a channel, with the channel's own unit in place of `output`."""

@@ -9,7 +9,8 @@ from .effect import Attachment, Effect, Parameter, Quantity
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     rate, settling = p[0], p[1]
-    elapsed = settling * (1.0 - math.exp(-c[TIME] / settling)) if settling > 0.0 else c[TIME]
+    time = max(c[TIME] - p[2], 0.0)
+    elapsed = settling * (1.0 - math.exp(-time / settling)) if settling > 0.0 else time
     return value * (1.0 + rate * elapsed)
 
 
@@ -32,8 +33,11 @@ EFFECT = Effect(
             "time constant with which the drift settles, 0 for never",
             0.0,
             600.0,
-            (30.0,),
+            (5.0, 30.0),
             optional=True,
+        ),
+        Parameter(
+            "onset_s", Quantity.TIME, "time of the run at which it begins", 0.0, 3600.0, (0.0, 5.0, 15.0), optional=True
         ),
     ),
     step=_step,

@@ -35,7 +35,7 @@ EFFECT = Effect(
             0.0,
             1.0,
             (0.0, 1.0),
-            optional=True,
+            acts_alone=False,
         ),
         Parameter(
             "linearity",

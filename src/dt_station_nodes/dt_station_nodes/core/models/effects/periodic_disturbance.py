@@ -20,8 +20,16 @@ EFFECT = Effect(
     attachment=Attachment.OUTPUT,
     parameters=(
         Parameter("amplitude", Quantity.SIGNAL, "amplitude of the oscillation", 0.0, 2.0, (0.05,)),
-        Parameter("frequency_hz", Quantity.FREQUENCY, "its frequency", 0.02, 24.0, (0.5, 2.0, 8.0)),
-        Parameter("phase_rad", Quantity.ANGLE, "its phase at the start of the run", -7.0, 7.0, (0.0, 2.0, -2.0)),
+        Parameter("frequency_hz", Quantity.FREQUENCY, "its frequency", 0.02, 24.0, (0.5, 2.0, 8.0), acts_alone=False),
+        Parameter(
+            "phase_rad",
+            Quantity.ANGLE,
+            "its phase at the start of the run",
+            -7.0,
+            7.0,
+            (0.0, 2.0, -2.0),
+            acts_alone=False,
+        ),
         Parameter("second_sine", Quantity.RATIO, "second harmonic in phase", -1.5, 1.5, (0.0,), optional=True),
         Parameter("second_cosine", Quantity.RATIO, "second harmonic a quarter off", -1.5, 1.5, (0.0,), optional=True),
         Parameter("third_sine", Quantity.RATIO, "third harmonic in phase", -1.5, 1.5, (0.0,), optional=True),

@@ -34,7 +34,7 @@ EFFECT = Effect(
             "highest voltage that still counts",
             -1.5,
             3.0,
-            (0.06, 0.15, 0.3, 0.5, 0.9, 1.3),
+            (0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 1.3),
             neutral=1e9,
         ),
         Parameter(
@@ -43,7 +43,7 @@ EFFECT = Effect(
             "lowest voltage that still counts",
             -3.0,
             1.5,
-            (-1.3, -0.9, -0.5, -0.3, -0.15, -0.06),
+            (-1.3, -0.95, -0.85, -0.7, -0.5, -0.3, -0.15, -0.06),
             neutral=-1e9,
         ),
         Parameter(
