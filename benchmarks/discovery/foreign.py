@@ -156,9 +156,9 @@ def rigs() -> list[Rig]:
     n = 20000
     u = _band(rng, n, step, 120.0) * np.linspace(0.02, 0.5, n)
     for name, cubic, quadratic, right, unknown in (
-        ("oscillator, cubic spring (610 Hz)", 2.5e6, 0.0, "cubic_stiffness", False),
+        ("oscillator, cubic spring (610 Hz)", 6e5, 0.0, "cubic_stiffness", False),
         ("oscillator, linear", 0.0, 0.0, "", False),
-        ("oscillator, x|x| spring", 0.0, 3e5, "cubic_stiffness", True),
+        ("oscillator, x|x| spring", 0.0, 1e5, "cubic_stiffness", True),
     ):
         y = _spring(u * 1e4, step / FINE, 20.0, 1.9e5, cubic, quadratic)
         y = _noisy(rng, y)
@@ -170,7 +170,7 @@ def rigs() -> list[Rig]:
     )
     made.append(_axis_rig("DC motor, dead zone (2 ms)", 2e-3, 20.0, frozenset({"dead_zone"}), dead=0.15))
     made.append(_axis_rig("ball screw, play (1 kHz)", 1e-3, 20.0, frozenset({"backlash"}), play=0.05))
-    made.append(_axis_rig("servo, dry friction (0.1 ms, 10 s)", 1e-4, 10.0, frozenset({"friction"}), dry=0.15))
+    made.append(_axis_rig("servo, dry friction (0.1 ms, 10 s)", 1e-4, 10.0, dry, dry=0.15))
     u = 2.5 + 1.2 * _band(rng, 20000, 1e-3, 3.0)
     crude = (1.2 / (0.0196 * 0.016),), (1.0, 1 / 0.0196 + 1 / 0.016, 1 / (0.0196 * 0.016))
     for name, width, top, right in (

@@ -2,24 +2,44 @@
 
 import math
 
-from ..compiled import INJECTION, OUTLET_RATE, OUTPUT, Doubles, effect_step
+from numba import njit
+
+from ..compiled import (
+    INJECTION,
+    INLET_RATE,
+    OUTLET_RATE,
+    OUTPUT,
+    STATIC_GAIN,
+    VELOCITY,
+    Doubles,
+    effect_step,
+)
 from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@njit(cache=True)
+def _shortfall(level: float, curvature: float) -> float:
+    """Linear outflow less that with the square root, both in levels: same value and slope at level 0."""
+    return level - (math.sqrt(max(1.0 + 2.0 * curvature * level, 0.0)) - 1.0) / curvature
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    curvature, reference = p[0], p[1]
+    curvature, reference, inlet_curvature = p[0], p[1], p[2]
     if curvature > 0.0:
-        level = c[OUTPUT] - reference
-        # Same outflow and slope as the linear path's at the reference level: k sqrt(level - datum) beside level.
-        root = (math.sqrt(max(1.0 + 2.0 * curvature * level, 0.0)) - 1.0) / curvature
-        c[INJECTION] += c[OUTLET_RATE] * (level - root)
+        c[INJECTION] += c[OUTLET_RATE] * _shortfall(c[OUTPUT] - reference, curvature)
+    if inlet_curvature > 0.0 and c[INLET_RATE] > 0.0 and c[OUTLET_RATE] > 0.0:
+        # The store before, as the output level it keeps up: what does not leave it stays there and is missed here.
+        held = c[OUTPUT] + c[VELOCITY] / c[OUTLET_RATE]
+        missing = _shortfall(held - reference, inlet_curvature)
+        value += missing / c[STATIC_GAIN]
+        c[INJECTION] -= c[OUTLET_RATE] * missing
     return value
 
 
 EFFECT = Effect(
     name="square_root_outflow",
-    sentence="The output's store empties with the square root of its level.",
+    sentence="A store empties with the square root of its level.",
     attachment=Attachment.STATE,
     parameters=(
         Parameter("curvature", Quantity.PER_OUTPUT, "bend of the outflow over the level", 0.0, 20.0, (0.3, 1.0, 3.0)),
@@ -30,6 +50,15 @@ EFFECT = Effect(
             -3.0,
             3.0,
             (0.4, 0.6, 0.8),
+        ),
+        Parameter(
+            "inlet_curvature",
+            Quantity.PER_OUTPUT,
+            "the same bend of the store before the output's, where the path is two stores",
+            0.0,
+            20.0,
+            (0.3, 1.5),
+            optional=True,
         ),
     ),
     step=_step,
