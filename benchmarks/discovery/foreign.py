@@ -164,6 +164,7 @@ def rigs() -> list[Rig]:
         y = _noisy(rng, y)
         names = frozenset({right} - {""})
         made.append(Rig(name, Channel.POSITION, step, u, y, (0.9e4,), (1.0, 26.0, 2.05e5), 0.0, (names,), unknown))
+    dry = frozenset({"friction"})
     made.append(_axis_rig("DC motor, linear (1 kHz)", 1e-3, 20.0, frozenset()))
     made.append(
         _axis_rig("DC motor, dry friction, encoder (1 kHz)", 1e-3, 20.0, frozenset({"friction"}), 1e-3, dry=0.15)
