@@ -3,7 +3,8 @@
     python benchmarks/records.py [--hours 24] [--keep FOLDER]
 
 Writes a bag of one day (object/state, twin/state, both commands: 4.3 million samples a topic), reads it in streaming,
-and prints samples per second, their ratio, and the peak memory of a process that does nothing else.
+and prints samples per second, their ratio, and the peak memory of a process that does nothing else; then the time and
+the peak memory of the verbs compare and export on the whole day.
 """
 
 import argparse
@@ -109,6 +110,19 @@ def measure(what: str, folder: str, limit: int) -> dict[str, float]:
     return json.loads(done.stdout)
 
 
+def run_verb(arguments: list[str]) -> tuple[float, float]:
+    """A verb of dt-station in a process of its own: seconds and peak memory, MB."""
+    script = (
+        "import resource, sys; from dt_station_nodes.cli.app import main; status = main(sys.argv[1:]); "
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, file=sys.stderr); sys.exit(status)"
+    )
+    start = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-c", script, *arguments, "--json"], check=True, capture_output=True, text=True
+    )
+    return time.perf_counter() - start, float(done.stderr.split()[-1])
+
+
 def measured(what: str, folder: str, limit: int) -> None:
     import rosbags.highlevel
 
@@ -154,7 +168,13 @@ def main() -> int:
             f"whole bag:     {whole['samples']:.0f} samples in {whole['seconds']:.1f} s, "
             f"{whole['samples'] / whole['seconds']:.0f} samples/s, peak {whole['peak_mb']:.0f} MB (at most {MEMORY_MB})"
         )
-        return 0 if ratio >= 1.0 and whole["peak_mb"] < MEMORY_MB else 1
+        peaks = [whole["peak_mb"]]
+        for verb in (["compare", str(folder)], ["export", str(folder)], ["export", str(folder), "--format", "parquet"]):
+            seconds, peak = run_verb([*verb, *(["--out", str(folder) + "-table", "--force"] * (verb[0] == "export"))])
+            peaks.append(peak)
+            print(f"{verb[0] + ' ' + verb[-1] * (len(verb) > 2):15}{seconds:.0f} s, peak {peak:.0f} MB")
+        shutil.rmtree(str(folder) + "-table", ignore_errors=True)
+        return 0 if ratio >= 1.0 and max(peaks) < MEMORY_MB else 1
     finally:
         if not arguments.keep:
             shutil.rmtree(folder.parent, ignore_errors=True)

@@ -11,8 +11,9 @@ import pytest
 from dt_station_nodes.cli.app import main
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.records import RecordError, load_run, write_csv
-from dt_station_nodes.records.comparing import best_delay, compare_bag, compare_runs
+from dt_station_nodes.records import Bag, RecordError, load_run, write_csv
+from dt_station_nodes.records.columns import columns_of
+from dt_station_nodes.records.comparing import _shifted, best_delay, compare_bag, compare_runs
 from support import bags
 
 STEP = 0.02
@@ -44,6 +45,33 @@ def test_a_delay_is_taken_out(delay: float) -> None:
 def test_no_delay_is_found_in_what_has_none() -> None:
     assert best_delay(wave(), wave(), 25) == 0.0
     assert best_delay(np.arange(100.0), np.zeros(100), 25) == 0.0
+
+
+@pytest.mark.parametrize("delay", [0.3, -2.75, 4.0])
+def test_long_runs_are_shifted_a_stretch_at_a_time(delay: float) -> None:
+    values = wave(n=150_000)
+    rows = np.arange(len(values))
+    whole = np.interp(rows - delay, rows, values, np.nan, np.nan)
+    np.testing.assert_array_equal(_shifted(values, delay), whole)
+
+
+def test_messages_out_of_order_are_put_in_order(tmp_path: Path) -> None:
+    with Bag(bags.write_bag(tmp_path / "bag", 60)) as bag:
+        whole = columns_of(bag, bags.STATE, ["sequence", "stamp_ns", "position"])
+        original = bag.tables
+
+        def backwards(topic: str) -> list[tuple[np.ndarray, np.ndarray]]:
+            found = list(original(topic))
+            log_time = np.concatenate([log for log, _ in found])
+            table = np.concatenate([rows for _, rows in found])
+            return [(log_time[::-1], table[::-1])]
+
+        bag.tables = lambda topic, *_: backwards(topic)  # type: ignore[method-assign]
+        again = columns_of(bag, bags.STATE, ["sequence", "stamp_ns", "position"])
+        for name, values in whole.items():
+            np.testing.assert_array_equal(again[name], values)
+        with pytest.raises(RecordError, match="no field 'nothing'"):
+            columns_of(bag, bags.STATE, ["nothing"])
 
 
 def test_a_window() -> None:

@@ -8,7 +8,11 @@ import typer
 from .common import ForceOption, JsonOption, OutOption, console, emit_json, find_config, output_dir
 
 if TYPE_CHECKING:
+    from ..core.run import Array
     from ..records.comparing import Comparison
+
+_DRAWN = 20_000
+_STRIDE = 1 << 16
 
 
 def compare(
@@ -30,6 +34,7 @@ def compare(
 
     Example: dt-station compare runs/demo/pid runs/demo/fuzzy --from 4 --to 20
     """
+    from ..core.channels import Channel
     from ..records import load_run
     from ..records.bagrun import run_from_bag
     from ..records.comparing import compare_bag, compare_runs
@@ -39,8 +44,11 @@ def compare(
     if other is None:
         found = compare_bag(run, from_s, to_s, max_delay, number)
     else:
+        # of a long bag no more than what is compared
         runs = [
-            run_from_bag(path, number=number) if number and is_bag(path) else load_run(path, mapped)
+            run_from_bag(path, number=number, only=[channel.signal for channel in Channel])
+            if is_bag(path)
+            else load_run(path, mapped)
             for path in (run, other)
         ]
         found = compare_runs(runs[0], runs[1], from_s, to_s, max_delay)
@@ -94,6 +102,20 @@ def _print(found: "Comparison") -> None:
         print(f"{found.missed} samples had no partner")
 
 
+def _telling(first: "Array", second: "Array") -> Any:
+    """Rows to draw: all, or of a long run the least and the greatest residual of each stretch."""
+    import numpy as np
+
+    if len(first) <= _DRAWN:
+        return slice(None)
+    edges = np.linspace(0, len(first), _DRAWN // 2 + 1).astype(int)
+    found = set()
+    for start, stop in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        residual = first[start:stop] - second[start:stop]
+        found |= {start + int(np.argmin(residual)), start + int(np.argmax(residual))}
+    return np.array(sorted(found))
+
+
 def _write(found: "Comparison", folder: Path) -> dict[str, str]:
     import matplotlib
 
@@ -104,11 +126,13 @@ def _write(found: "Comparison", folder: Path) -> dict[str, str]:
     figure, axes = plt.subplots(2 * len(found.channels), 1, sharex=True, figsize=(10, 5 * len(found.channels)))
     columns = {"time_s": next(iter(found.channels.values())).time_s}
     for i, (channel, gap) in enumerate(found.channels.items()):
-        axes[2 * i].plot(gap.time_s, gap.first, label="first", linewidth=1)
-        axes[2 * i].plot(gap.time_s, gap.second, label="second", linewidth=1)
+        shown = _telling(gap.first, gap.second)
+        time = gap.time_s[shown]
+        axes[2 * i].plot(time, gap.first[shown], label="first", linewidth=1)
+        axes[2 * i].plot(time, gap.second[shown], label="second", linewidth=1)
         axes[2 * i].set_ylabel(f"{channel.value}, {channel.unit}")
         axes[2 * i].legend(loc="upper right")
-        axes[2 * i + 1].plot(gap.time_s, gap.first - gap.second, color="tab:red", linewidth=1)
+        axes[2 * i + 1].plot(time, gap.first[shown] - gap.second[shown], color="tab:red", linewidth=1)
         axes[2 * i + 1].set_ylabel(f"residual, {channel.unit}")
         columns[f"{channel.value}_first"], columns[f"{channel.value}_second"] = gap.first, gap.second
     axes[-1].set_xlabel("time, s")
@@ -116,6 +140,9 @@ def _write(found: "Comparison", folder: Path) -> dict[str, str]:
     figure.tight_layout()
     figure.savefig(folder / "residuals.png", dpi=110)
     plt.close(figure)
-    table = np.column_stack(list(columns.values()))
-    np.savetxt(folder / "residuals.csv", table, fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
+    with (folder / "residuals.csv").open("w", encoding="utf-8") as file:
+        file.write(",".join(columns) + "\n")
+        for at in range(0, len(columns["time_s"]), _STRIDE):
+            rows = np.column_stack([values[at : at + _STRIDE] for values in columns.values()])
+            np.savetxt(file, rows, fmt="%.17g", delimiter=",")
     return {"picture": str(folder / "residuals.png"), "table": str(folder / "residuals.csv")}

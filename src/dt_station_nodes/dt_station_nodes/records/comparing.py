@@ -1,5 +1,6 @@
 """How far apart two runs are, or object and twin of one: per channel, over a window, with the delay taken out."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +12,11 @@ from ..core.channels import Channel
 from ..core.comparison import Score, score
 from ..core.run import Array, Run
 from .bag import Bag
-from .bagrun import STATE, TWIN, common_samples, plant_states, window
+from .bagrun import STATE, TWIN, Samples, common_samples, plant_samples, window
 from .errors import RecordError
+
+_SIGNALS = tuple(channel.signal for channel in Channel)
+_STRIDE = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,16 +55,25 @@ def compare_bag(
 ) -> Comparison:
     """Object against twin in one bag, on the samples both have; raises RecordError."""
     with Bag(path) as bag:
-        measured = plant_states(bag, STATE, number)
-        simulated = plant_states(bag, TWIN, number)
+        both, twin, missed = _paired(bag, number, from_s, to_s)
+        step = both.sample_time_s()
+        time = both.sequence.astype(np.float64) * step
+        # a long bag's numbers and stamps make room for its signals
+        both, twin = both.bare(), twin.bare()
+        mine, other = (
+            {name: values[each.rows] for name, values in each.columns(bag, _SIGNALS).items()} for each in (both, twin)
+        )
+    pairs = {c: (mine[c.signal], other[c.signal]) for c in Channel}
+    return _compared(f"{path}: {STATE}", f"{path}: {TWIN}", step, missed, time, pairs, longest_delay_s)
+
+
+def _paired(bag: Bag, number: int | None, from_s: float | None, to_s: float | None) -> tuple[Samples, Samples, int]:
+    """Samples that both object and twin have in a window, and how many have no partner in the whole run."""
+    measured, simulated = plant_samples(bag, STATE, number), plant_samples(bag, TWIN, number)
     both, twin = common_samples(measured, simulated)
     missed = len(measured.sequence) + len(simulated.sequence) - 2 * len(both.sequence)
     chosen = window(both, from_s, to_s)
-    both, twin = both.pick(chosen), twin.pick(chosen)
-    step = both.sample_time_s()
-    time = both.sequence.astype(np.float64) * step
-    pairs = {c: (both.signals[c.signal], twin.signals[c.signal]) for c in Channel}
-    return _compared(f"{path}: {STATE}", f"{path}: {TWIN}", step, missed, time, pairs, longest_delay_s)
+    return both.pick(chosen), twin.pick(chosen), missed
 
 
 def compare_runs(
@@ -111,12 +124,23 @@ def _compared(
 def _gap(first: Array, second: Array, time: Array, step: float, longest_delay_s: float) -> Gap:
     plain = score(first, second, step)
     delay = best_delay(first, second, min(round(longest_delay_s / step), len(first) // 2))
-    shifted = np.interp(np.arange(len(second)) - delay, np.arange(len(second)), second, np.nan, np.nan)
-    aligned: Score = score(first, shifted, step) if delay else plain
+    aligned: Score = score(first, _shifted(second, delay), step) if delay else plain
     return Gap(
         plain.samples, plain.ise, plain.rms, plain.fit_percent, delay * step, aligned.ise, aligned.rms,
         aligned.fit_percent, time, first, second,
     )  # fmt: skip
+
+
+def _shifted(values: Array, delay: float) -> Array:
+    """Values `delay` samples later, interpolated; NaN where there are none. A stretch at a time, to save memory."""
+    found = np.full(len(values), np.nan)
+    for at in range(0, len(values), _STRIDE):
+        wanted = np.arange(at, min(at + _STRIDE, len(values))) - delay
+        low, high = max(0, math.floor(wanted[0])), min(len(values), math.ceil(wanted[-1]) + 1)
+        if high > low:
+            known = np.arange(low, high)
+            found[at : at + _STRIDE] = np.interp(wanted, known, values[low:high], np.nan, np.nan)
+    return found
 
 
 def best_delay(first: Array, second: Array, longest: int) -> float:
@@ -141,5 +165,8 @@ def best_delay(first: Array, second: Array, longest: int) -> float:
 
 def _mean_square(first: Array, second: Array, shift: int) -> float:
     a, b = (first[shift:], second[: len(second) - shift]) if shift >= 0 else (first[:shift], second[-shift:])
-    difference: NDArray[np.float64] = a - b
-    return float(np.dot(difference, difference) / len(difference))
+    total = 0.0
+    for at in range(0, len(a), _STRIDE):
+        difference: NDArray[np.float64] = a[at : at + _STRIDE] - b[at : at + _STRIDE]
+        total += float(np.dot(difference, difference))
+    return total / len(a)

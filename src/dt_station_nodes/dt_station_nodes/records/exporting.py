@@ -12,7 +12,7 @@ import pyarrow.parquet
 from ..core.run import SIGNALS, Run
 from .bag import Bag
 from .errors import RecordError
-from .tables import TIME, write_csv
+from .tables import TIME, pieces, write_csv
 
 
 class TableKind(str, Enum):
@@ -28,9 +28,11 @@ def export_run(run: Run, path: Path, kind: TableKind) -> int:
         write_csv(run, path)
     else:
         names = [name for name in SIGNALS if name in run.signals]
-        columns = {TIME: run.time_s, **{name: run.signals[name] for name in names}}
         units = {b"source": run.source.encode(), **{n.encode(): run.unit(n).encode() for n in names}}
-        pyarrow.parquet.write_table(pa.table(columns).replace_schema_metadata(units), path)
+        schema = pa.schema([(name, pa.float64()) for name in (TIME, *names)], metadata=units)
+        with pyarrow.parquet.ParquetWriter(path, schema) as writer:
+            for columns in pieces(run, names):
+                writer.write_table(pa.table(columns, schema=schema))
     return len(run)
 
 

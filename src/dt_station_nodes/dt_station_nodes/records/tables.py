@@ -2,15 +2,17 @@
 
 import csv
 import warnings
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.run import SIGNALS, Run
+from ..core.run import SIGNALS, Array, Run
 from .errors import RecordError
 
 TIME = "time_s"
+_STRIDE = 1 << 16
 Columns = dict[str, NDArray[np.float64]]
 
 
@@ -106,9 +108,16 @@ def write_csv(run: Run, path: str | Path) -> None:
     foreign = [name for name in names if run.unit(name) not in ("Pa", "m", "V")]
     if foreign:
         raise RecordError(f"{path}: {foreign[0]} is in {run.unit(foreign[0])!r}; the station's tables are in SI only")
-    columns = [run.time_s, *(run.signals[name] for name in names)]
     with Path(path).open("w", encoding="utf-8", newline="") as file:
         file.write(",".join([TIME, *names]) + "\n")
-        file.writelines(
-            ",".join(map(repr, row)) + "\n" for row in zip(*(column.tolist() for column in columns), strict=True)
-        )
+        for columns in pieces(run, names):
+            file.writelines(
+                ",".join(map(repr, row)) + "\n" for row in zip(*(column.tolist() for column in columns), strict=True)
+            )
+
+
+def pieces(run: Run, names: Sequence[str]) -> Iterator[list[Array]]:
+    """Times (s) and signals of a run, a stretch of rows at a time: a long run leaves no room for copies."""
+    for start in range(0, len(run), _STRIDE):
+        rows = np.arange(start, min(start + _STRIDE, len(run)), dtype=np.float64)
+        yield [run.start_s + run.sample_time_s * rows, *(run.signals[name][start : start + _STRIDE] for name in names)]
