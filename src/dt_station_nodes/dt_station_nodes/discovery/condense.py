@@ -12,7 +12,7 @@ from ..core.run import Run
 Array = NDArray[np.float64]
 
 # Samples that a search goes through at most; the parameters found are refitted on all of them.
-MOST_SAMPLES = 6000
+MOST_SAMPLES = 4000
 # A sample may last this part of the path's fastest time constant; a crude model may be off by a few times.
 FINE = 0.1
 _VOLTAGES = tuple(channel.voltage_signal for channel in Channel)

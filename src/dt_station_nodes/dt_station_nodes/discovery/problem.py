@@ -58,7 +58,8 @@ class Problem:
         """The residual of a simulated output (n,)."""
         limit = 1e3 * (float(np.abs(self.measured).max()) + self.signal)
         gap = np.clip(np.nan_to_num(self.measured - simulated, nan=limit), -limit, limit)
-        return self.windows.project(gap) * self.weights
+        # A simulation that runs away is far off everywhere: within a window its offset would be all there is of it.
+        return np.where(np.abs(gap) < limit, self.windows.project(gap), limit) * self.weights
 
 
 # A residual below this share of the signal is form error that no one would call a gap.
