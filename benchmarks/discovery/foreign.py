@@ -259,7 +259,10 @@ def main(
         silent = result.verdict is Verdict.UNEXPLAINED
         right = rig.unknown if silent else names in rig.right
         possible = [{effect.name, *effect.alternatives} for effect in result.effects]
-        among = not right and any(len(want) == len(possible) and all(want & p for p in possible) for want in rig.right)
+        among = bool(possible) and any(
+            len(want) == len(possible) and all(want & p for p in possible) for want in rig.right
+        )
+        among = among and not right
         good += right or among
         verdict = "right" if right else ("among its alternatives" if among else ("silent" if silent else "WRONG"))
         spoken = "+".join(f"{e.name} {e.confidence:.2f}" for e in result.effects) or result.verdict.value

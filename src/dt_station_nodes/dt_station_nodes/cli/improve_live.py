@@ -31,6 +31,8 @@ _RICH = (
     {"shape": "sawtooth", "amplitude": 1.8e6, "offset": 3.0e6, "frequency_hz": 0.2},
 )
 _WAIT_S = 60.0
+# A name surer than this needs no further experiment.
+_SURE = 0.6
 # What an experiment may ask of the station.
 _SLOWEST_HZ = 0.05
 _STROKE_M = 0.05
@@ -120,7 +122,7 @@ def _collect(graph: Supervisor, listener: Listener, samples: int) -> list[PlantS
 
 def _settled(result: DiscoveryResult) -> bool:
     if result.verdict is Verdict.NAMED:
-        return not any(effect.alternatives for effect in result.effects)
+        return not any(effect.alternatives or effect.confidence < _SURE for effect in result.effects)
     return result.verdict is not Verdict.UNEXPLAINED
 
 

@@ -1,16 +1,13 @@
 """`discover`: all stages over all channels of a run."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-
-import numpy as np
 
 from ..core.channels import Channel
 from ..core.errors import StationError
 from ..core.models import ModelSpec, PathSpec
 from ..core.models.effects import registry
 from ..core.run import Run
-from .candidates import in_vocabulary
 from .channel import Finding, examine
 from .condense import condensed
 from .data_checks import check_run
@@ -19,18 +16,19 @@ from .noise import difference_noise, effective_samples
 from .polish import carried_over, polished
 from .problem import Problem, integrates, make_problem, telling_window
 from .proof import estimates, floor_figures, gap_figures, patched, trace
+from .ranking import ranking_of
 from .result import (
     DiscoveryResult,
     Gap,
     NamedEffect,
     NextExperiment,
-    RankedCandidate,
     RunFacts,
+    Trace,
     Verdict,
 )
 from .selection import Explanation
 from .settings import DiscoverySettings
-from .verdict import confidence, overall, sentence, why
+from .verdict import better_without, confidence, overall, sentence, why
 from .where import locate
 
 Progress = Callable[[str], None]
@@ -127,11 +125,12 @@ def _result(
 ) -> DiscoveryResult:
     effects: list[NamedEffect] = []
     nominal = {}
+    units = {finding.problem.channel: run.unit(finding.problem.channel.signal) for finding in findings}
     proposal: NextExperiment | None = None
     for finding in findings:
         worth = effective_samples(finding.best.fit.residual)
-        numbers, by_effect = estimates(finding, worth)
         channel = finding.problem.channel
+        numbers, by_effect = estimates(finding, worth, units[channel])
         nominal.update({f"{channel.value} {name}": value for name, value in numbers.items()})
         if finding.verdict is Verdict.NAMED:
             for place, name in enumerate(finding.best.added):
@@ -150,6 +149,8 @@ def _result(
                 )
             if proposal is None and any(finding.alternatives):
                 proposal = propose(finding, _same_size(finding))
+            elif proposal is None and better_without(finding):
+                proposal = propose(finding, better_without(finding)[:1])
         elif finding.verdict is Verdict.PARAMETERS_ONLY:
             effects.append(
                 NamedEffect(
@@ -186,13 +187,14 @@ def _result(
         proposal,
         RunFacts(run.source, spec.name, "", len(run) * run.sample_time_s),
         model.renamed(f"{spec.name}+{'+'.join(e.name for e in effects)}") if effects else model,
-        sentence(verdict, effects, findings, gap),
+        sentence(verdict, effects, findings, gap, units),
         tuple(notes),
         nominal,
-        _ranking(findings),
-        tuple(trace(f.problem, spec.paths[f.problem.channel], model.paths[f.problem.channel]) for f in findings),
-        tuple(trace(p, spec.paths[p.channel], model.paths[p.channel]) for p in checked),
+        ranking_of(findings),
+        tuple(_trace(f.problem, spec, model, units) for f in findings),
+        tuple(_trace(p, spec, model, units) for p in checked),
         any(f.interrupted for f in findings),
+        units,
     )
 
 
@@ -209,6 +211,11 @@ def _validation(
     ]
 
 
+def _trace(problem: Problem, spec: ModelSpec, model: ModelSpec, units: Mapping[Channel, str]) -> Trace:
+    channel = problem.channel
+    return trace(problem, spec.paths[channel], model.paths[channel], units[channel])
+
+
 def _same_size(finding: Finding) -> list[Explanation]:
     names = {name for group in finding.alternatives for name in group}
     return [
@@ -220,25 +227,3 @@ def _same_size(finding: Finding) -> list[Explanation]:
 
 def _runners_up(finding: Finding) -> list[Explanation]:
     return [e for e in finding.ranking if e.inside and e.added and e is not finding.best][:1]
-
-
-def _ranking(findings: list[Finding]) -> tuple[RankedCandidate, ...]:
-    rows = []
-    for finding in findings:
-        floor = finding.sigma**2
-        null = next((e for e in finding.ranking if not e.added), finding.null)
-        start = float(np.mean(null.fit.residual**2)) - floor
-        for explanation, score in list(zip(finding.ranking, finding.scores, strict=True))[:14]:
-            power = float(np.mean(explanation.fit.residual**2))
-            explained = 1.0 - max(power - floor, 0.0) / start if start > 0.0 else 0.0
-            rows.append(
-                RankedCandidate(
-                    finding.problem.channel,
-                    explanation.added,
-                    power**0.5,
-                    float(np.clip(explained, 0.0, 1.0)),
-                    score,
-                    all(in_vocabulary(name) for name in explanation.added),
-                )
-            )
-    return tuple(rows)

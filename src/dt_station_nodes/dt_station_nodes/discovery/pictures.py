@@ -1,7 +1,7 @@
 """The report's pictures, as SVG text."""
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import matplotlib as mpl
 import numpy as np
@@ -73,15 +73,18 @@ def where_picture(rows: Sequence[GapShare]) -> Figure:
     return figure
 
 
-def ranking_picture(rows: Sequence[RankedCandidate]) -> Figure:
-    """How much of the gap each candidate explains."""
-    figure = Figure(figsize=(9.5, 0.5 + 0.28 * len(rows)))
+def ranking_picture(rows: Sequence[RankedCandidate], floors: Mapping[Channel, float]) -> Figure:
+    """What each candidate leaves, in multiples of the noise floor; the scale is logarithmic."""
+    figure = Figure(figsize=(9.5, 0.7 + 0.28 * len(rows)))
     axis = figure.subplots()
     places = np.arange(len(rows))[::-1]
     colours = [_BLUE if r.inside_vocabulary else "#bbbbbb" for r in rows]
-    axis.barh(places, [100 * r.explained for r in rows], 0.6, color=colours)
+    left = [max(r.rms / max(floors[r.channel], 1e-300), 1.0) for r in rows]
+    axis.barh(places, left, 0.6, color=colours)
     labels = [f"{r.channel.value}: {' + '.join(r.names).replace('_', ' ') or 'nominal parameters alone'}" for r in rows]
     axis.set_yticks(places, labels)
-    axis.set_xlim(0, 100)
-    axis.set_xlabel("explained share of the gap / % (grey: outside the vocabulary)")
+    axis.set_xscale("log")
+    axis.set_xlim(0.8, 1.3 * max(left, default=10.0))
+    axis.axvline(1.0, color=_GREEN, lw=1.2)
+    axis.set_xlabel("RMS left, times the noise floor (green line); grey: outside the vocabulary")
     return figure

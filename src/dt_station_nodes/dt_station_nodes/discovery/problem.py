@@ -70,10 +70,11 @@ _WINDOW_SAMPLES = 150
 _LONGEST_WINDOW_S = 3.0
 _TELLING = 100.0
 # A run that does not begin at rest is compared from where its beginning is forgotten, time constants; at most
-# so many seconds, or so much of a long run.
+# so many seconds, or so much of a long run, twice that where samples are many.
 _FORGOTTEN = 7.0
 _SETTLING_S = 0.4
 _SETTLING_SHARE = 0.05
+_MANY = 2000
 
 
 def integrates(path: PathSpec) -> bool:
@@ -206,7 +207,8 @@ def make_problem(
     if not anchored and abs(first - standing) <= 5.0 * noise + 1e-3 * float(np.ptp(measured)):
         first = standing
     elif not anchored:
-        settling = min(_FORGOTTEN * slowest_s(path), max(_SETTLING_S, _SETTLING_SHARE * len(run) * run.sample_time_s))
+        share = _SETTLING_SHARE if len(run) < _MANY else 2.0 * _SETTLING_SHARE
+        settling = min(_FORGOTTEN * slowest_s(path), max(_SETTLING_S, share * len(run) * run.sample_time_s))
         weights[: max(1, round(settling / run.sample_time_s))] = 0.0
     if frozen is not None:
         weights[frozen] = 0.0

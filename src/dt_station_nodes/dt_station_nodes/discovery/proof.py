@@ -1,5 +1,7 @@
 """Stage 7: the gap before and after, on the run and on another, beside the noise floor."""
 
+import re
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,8 +31,8 @@ def floor_figures(problem: Problem, sigma: float) -> GapFigures:
     return GapFigures(sigma**2 * freedom * problem.simulator.sample_time_s, sigma, 100.0)
 
 
-def trace(problem: Problem, before: PathSpec, after: PathSpec) -> Trace:
-    """Measured and simulated by both paths; simulated curves are lifted by their windows' offsets."""
+def trace(problem: Problem, before: PathSpec, after: PathSpec, unit: str) -> Trace:
+    """Measured and simulated by both paths, in `unit`; simulated curves are lifted by their windows' offsets."""
     curves = []
     for path in (before, after):
         simulated = problem.simulator.simulate(path)
@@ -39,7 +41,7 @@ def trace(problem: Problem, before: PathSpec, after: PathSpec) -> Trace:
     n = len(problem.measured)
     return Trace(
         problem.channel,
-        problem.channel.unit,
+        unit,
         np.arange(n, dtype=np.float64) * problem.simulator.sample_time_s,
         problem.simulator.voltage_v,
         problem.measured,
@@ -72,8 +74,13 @@ def patched(spec: ModelSpec, channel: Channel, path: PathSpec) -> ModelSpec:
     return spec.with_path(channel, **changes)
 
 
-def estimates(finding: Finding, samples: float) -> tuple[dict[str, Estimate], dict[str, dict[str, Estimate]]]:
-    """Nominal parameters and each effect's, with 95 % intervals from the fit's curvature."""
+def estimates(
+    finding: Finding, samples: float, unit: str
+) -> tuple[dict[str, Estimate], dict[str, dict[str, Estimate]]]:
+    """Nominal parameters and each effect's, with 95 % intervals from the fit's curvature.
+
+    `unit`: the measured signal's own; foreign data may have another than the channel's.
+    """
     explanation = finding.best
     fit = explanation.fit
     covariance = fit.fitted.covariance(samples, len(finding.problem.measured))
@@ -89,6 +96,7 @@ def estimates(finding: Finding, samples: float) -> tuple[dict[str, Estimate], di
             continue
         spec = fit.path.effects[term.effect]
         if spec.name in effects:
-            unit = registry()[spec.name].parameter(term.name).unit(finding.problem.channel, spec.at)
-            effects[spec.name][term.name] = Estimate(term.to_value(x), ends[0], ends[1], unit)
+            usual = registry()[spec.name].parameter(term.name).unit(finding.problem.channel, spec.at)
+            own = re.sub(rf"\b{finding.problem.channel.unit}\b", unit, usual)
+            effects[spec.name][term.name] = Estimate(term.to_value(x), ends[0], ends[1], own)
     return nominal, effects

@@ -9,7 +9,7 @@ from ..core.channels import Channel
 from ..core.models.effects import registry
 from .pictures import ranking_picture, svg, traces_picture, where_picture
 from .report_template import TEMPLATE
-from .result import DiscoveryResult, Figures
+from .result import DiscoveryResult, Figures, RankedCandidate
 
 
 def _number(value: float) -> str:
@@ -24,7 +24,7 @@ def _rows(result: DiscoveryResult) -> list[dict[str, str]]:
             "channel": channel.value,
             "what": label,
             "ise": _number(figure.ise),
-            "rms": f"{_number(figure.rms)} {channel.unit}",
+            "rms": f"{_number(figure.rms)} {result.unit(channel)}",
             "fit": fit,
         }
 
@@ -37,6 +37,15 @@ def _rows(result: DiscoveryResult) -> list[dict[str, str]]:
         ("validation run, model found", gap.validation_after),
     )
     return [one(label, figures, channel) for channel in gap.before for label, figures in tables if channel in figures]
+
+
+def _pictured(result: DiscoveryResult) -> list[RankedCandidate]:
+    """The best of each channel, and what the nominal parameters alone leave."""
+    shown: list[RankedCandidate] = []
+    for channel in result.gap.before:
+        rows = [row for row in result.ranking if row.channel is channel]
+        shown += rows[:10] + [row for row in rows[10:] if not row.names]
+    return shown
 
 
 def _effects(result: DiscoveryResult) -> list[dict[str, Any]]:
@@ -76,14 +85,14 @@ def render(result: DiscoveryResult, facts: Sequence[tuple[str, str]], commands: 
         "run": [svg(traces_picture(t, floors[t.channel])) for t in result.traces],
         "validation": [svg(traces_picture(t, floors[t.channel])) for t in result.validation_traces],
         "where": svg(where_picture(result.where)) if result.where else "",
-        "ranking": svg(ranking_picture(result.ranking[:16])) if result.ranking else "",
+        "ranking": svg(ranking_picture(_pictured(result), floors)) if result.ranking else "",
     }
     ranking = [
         {
             "channel": row.channel.value,
             "names": " + ".join(row.names).replace("_", " ") or "nominal parameters alone",
             "explained": f"{100 * row.explained:.1f}",
-            "rms": f"{_number(row.rms)} {row.channel.unit}",
+            "rms": f"{_number(row.rms)} {result.unit(row.channel)}",
             "behind": f"{row.behind_best:.0f}",
             "outside": not row.inside_vocabulary,
         }

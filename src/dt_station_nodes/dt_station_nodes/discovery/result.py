@@ -206,6 +206,11 @@ class DiscoveryResult:
     traces: tuple[Trace, ...] = ()
     validation_traces: tuple[Trace, ...] = ()
     interrupted: bool = False
+    units: Mapping[Channel, str] = field(default_factory=dict)
+
+    def unit(self, channel: Channel) -> str:
+        """Unit of a channel as measured: SI, or what foreign data say."""
+        return self.units.get(channel, channel.unit)
 
     def to_json(self) -> dict[str, Any]:
         """The contract of `discovery.json`: plain values only."""

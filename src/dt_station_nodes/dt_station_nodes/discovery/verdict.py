@@ -1,11 +1,15 @@
 """The answer in words: one verdict over the channels, its sentence, and how sure it is."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .channel import Finding
+from ..core.channels import Channel
+from .channel import SAME, Finding
 from .result import Gap, NamedEffect, Verdict
+from .selection import Explanation
+
+DOUBTED = 0.5  # what is left of the confidence in a name that better explanations do without
 
 _WEIGHT = (Verdict.NOTHING_MISSING, Verdict.PARAMETERS_ONLY, Verdict.UNEXPLAINED, Verdict.NAMED)
 
@@ -21,7 +25,18 @@ def confidence(finding: Finding, alternatives: Sequence[str]) -> float:
     gain = 1.0 - float(np.exp(-max(finding.gain, 0.0) / 20.0))
     left = float(np.exp(-4.0 * max(finding.excess, 0.0)))
     shared = 1.0 / (1 + len(alternatives))
-    return float(np.clip(max(margin, shared) * gain * left, 0.0, 0.999))
+    doubt = DOUBTED if better_without(finding) else 1.0
+    return float(np.clip(max(margin, shared) * gain * left * doubt, 0.0, 0.999))
+
+
+def better_without(finding: Finding) -> list[Explanation]:
+    """Larger nameable sets that do without a name found and yet score clearly better, best first."""
+    ranked = zip(finding.ranking, finding.scores, strict=True)
+    return [
+        e
+        for e, behind in ranked
+        if behind < -SAME and e.inside and e.added and not set(finding.best.added) <= set(e.added)
+    ]
 
 
 def why(finding: Finding, name: str) -> str:
@@ -42,14 +57,20 @@ def _spoken(effect: NamedEffect) -> str:
     return f"{name}{others} in the {effect.channel.value} path"
 
 
-def sentence(verdict: Verdict, effects: Sequence[NamedEffect], findings: Sequence[Finding], gap: Gap) -> str:
+def sentence(
+    verdict: Verdict,
+    effects: Sequence[NamedEffect],
+    findings: Sequence[Finding],
+    gap: Gap,
+    units: Mapping[Channel, str],
+) -> str:
     """The verdict as a person would say it."""
     left = [f for f in findings if f.verdict is Verdict.UNEXPLAINED]
     if verdict is Verdict.NAMED:
         falls = []
         for channel in dict.fromkeys(effect.channel for effect in effects):
             before, after, floor = gap.before[channel].rms, gap.after[channel].rms, gap.noise_floor[channel].rms
-            falls.append(f"{before:.3g} to {after:.3g} {channel.unit} (noise floor {floor:.3g})")
+            falls.append(f"{before:.3g} to {after:.3g} {units[channel]} (noise floor {floor:.3g})")
         lacks = " and ".join(_spoken(e) for e in effects)
         text = f"The model lacks {lacks}; with it the RMS gap falls from {'; '.join(falls)}."
         if left:
