@@ -156,3 +156,9 @@ def test_simulate_on_a_run_says_how_well_it_fits(table, tmp_path, capsys):
 def test_a_mistyped_waveform_gets_one_sentence(tmp_path, capsys, text):
     refused(capsys, "simulate", "paper", "--load", text, "--out", tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_map_is_found_by_name(table, tmp_path, capsys):
+    for verb in (["identify", table], ["simulate", "paper", "--run", table]):
+        assert "no nothing in" in refused(capsys, *verb, "--map", "nothing", "--out", tmp_path / "out")
+        assert "MAT file" in refused(capsys, *verb, "--map", "emps", "--out", tmp_path / "out")

@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .common import ForceOption, JsonOption, OutOption, UserError, console, emit_json, load_model, output_dir, progress
+from .common import (
+    ForceOption,
+    JsonOption,
+    OutOption,
+    UserError,
+    console,
+    emit_json,
+    find_config,
+    load_model,
+    output_dir,
+    progress,
+)
 
 if TYPE_CHECKING:
     from ..core.channels import Channel
@@ -40,7 +51,7 @@ class Channels(str, Enum):
 def identify(
     run: Annotated[Path, typer.Argument(help="A bag, the station's CSV, or foreign data with --map.")],
     *,
-    data_map: Annotated[Path | None, typer.Option("--map", help="Map of foreign columns to signals.")] = None,
+    data_map: Annotated[str, typer.Option("--map", help="Map of foreign columns, a path or a name.")] = "",
     channel: Annotated[Channels, typer.Option(help="Channel [auto: all whose voltage moves].")] = Channels.AUTO,
     method: Annotated[
         What, typer.Option(help="Way of identification; auto adds the paper's beside the direct one.")
@@ -62,6 +73,7 @@ def identify(
     force_per_volt: Annotated[float, typer.Option(help="inverse-dynamics: force of one volt, N.")] = 1.0,
     model: Annotated[str, typer.Option(help="Model to take the other paths from and to compare with.")] = "",
     validate: Annotated[Path | None, typer.Option(help="Another run, to judge the model on.")] = None,
+    validate_map: Annotated[str, typer.Option("--validate-map", help="Its map [that of --map].")] = "",
     name: Annotated[str, typer.Option(help="Name of the model.")] = "identified",
     out: OutOption = None,
     force: ForceOption = False,
@@ -78,8 +90,10 @@ def identify(
 
     if rest_pressure is not None and not math.isfinite(rest_pressure):
         raise UserError(f"--rest-pressure {rest_pressure}: give a number of Pa.")
-    data = load_run(run, data_map)
-    check = load_run(validate, data_map) if validate is not None else None
+    mapped = find_config("maps", data_map) if data_map else None
+    checked = find_config("maps", validate_map) if validate_map else mapped
+    data = load_run(run, mapped)
+    check = load_run(validate, checked) if validate is not None else None
     base = load_model(model)[0] if model else None
     channels = _channels(data, Channels.POSITION if method in _POSITION_ONLY else channel)
     with progress(f"Identifying from {run}") as advance:

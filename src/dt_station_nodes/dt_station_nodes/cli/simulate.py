@@ -40,7 +40,7 @@ def simulate(
     load_controller: Annotated[str, typer.Option(help="Controller file closing the pressure loop.")] = "",
     position_controller: Annotated[str, typer.Option(help="Controller file closing the position loop.")] = "",
     run: Annotated[Path | None, typer.Option(help="Take the voltages from a run instead.")] = None,
-    data_map: Annotated[Path | None, typer.Option("--map", help="Map of foreign columns to signals.")] = None,
+    data_map: Annotated[str, typer.Option("--map", help="Map of foreign columns, a path or a name.")] = "",
     own_pressure: Annotated[
         bool, typer.Option("--own-pressure", help="With --run: the simulated, not the measured pressure as load.")
     ] = False,
@@ -65,7 +65,7 @@ def simulate(
     if run is not None:
         if loops:
             raise UserError("--run gives the voltages, so it goes with no controller.")
-        measured, result = _from_run(spec, run, data_map, own_pressure)
+        measured, result = _from_run(spec, run, find_config("maps", data_map) if data_map else None, own_pressure)
     else:
         if not (0.0 < sample_time < 100.0 and 2 <= duration / sample_time <= _LONGEST):
             raise UserError(f"--duration {duration:g} and --sample-time {sample_time:g}: give 2 to {_LONGEST} samples.")
