@@ -122,6 +122,8 @@ def _print(result: Any, folder: Path) -> None:
     from rich.table import Table
 
     screen = Console(highlight=False)
+    if result.interrupted:
+        screen.print("interrupted; this is what was known by then:")
     screen.print(result.sentence)
     for effect in result.effects:
         numbers = Table(title=f"{effect.name} ({effect.channel.value}), confidence {effect.confidence:.0%}")

@@ -13,7 +13,7 @@ from .neighbours import distinct, exchange, reduced
 from .noise import effective_samples, whiteness
 from .problem import Problem
 from .result import Verdict
-from .search import scan
+from .search import StoppedError, scan
 from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .settings import DiscoverySettings
 from .terms import nominal_terms
@@ -130,8 +130,9 @@ def examine(
             measure = take_measure(bench, known)
             larger = sorted((e for e in known if e.inside and len(e.added) == size), key=measure.score)
             known = distinct([*known, *reduced(bench, larger[:BEAM])])
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as stop:
         interrupted = True
+        known = distinct([*known, *(stop.found if isinstance(stop, StoppedError) else ())])
     return _decide(bench, given, null, known, interrupted)
 
 

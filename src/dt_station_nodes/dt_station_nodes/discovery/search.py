@@ -80,8 +80,16 @@ def _refined(bench: Bench, task: _Task) -> _Task:
     return replace(task, seen=min(plain, refined, key=lambda e: penalised(bench, e, samples, floors)))
 
 
+class StoppedError(KeyboardInterrupt):
+    """A search was interrupted; `found` is what it knew by then."""
+
+    def __init__(self, found: list[Explanation]) -> None:
+        super().__init__()
+        self.found = found
+
+
 def _each(bench: Bench, work: Callable[[Bench, _Task], _Task], tasks: Sequence[_Task]) -> list[_Task]:
-    """All tasks' results in their order, whatever the number of workers."""
+    """All tasks' results in their order, whatever the number of workers; StoppedError with those done on Ctrl-C."""
 
     def one(task: _Task) -> _Task:
         if bench.progress is not None and work is not _glance:
@@ -90,8 +98,25 @@ def _each(bench: Bench, work: Callable[[Bench, _Task], _Task], tasks: Sequence[_
 
     if bench.jobs > 1 and len(tasks) > 1:
         with ThreadPoolExecutor(bench.jobs) as workers:
-            return list(workers.map(one, tasks))
-    return [one(task) for task in tasks]
+            futures = [workers.submit(one, task) for task in tasks]
+            try:
+                return [future.result() for future in futures]
+            except KeyboardInterrupt:
+                for future in futures:
+                    future.cancel()
+                done = [future.result() for future in futures if future.done() and not future.cancelled()]
+                raise StoppedError(_known(bench, done)) from None
+    results: list[_Task] = []
+    try:
+        results.extend(one(task) for task in tasks)
+    except KeyboardInterrupt:
+        raise StoppedError(_known(bench, results)) from None
+    return results
+
+
+def _known(bench: Bench, done: Sequence[_Task]) -> list[Explanation]:
+    """Explanations of an interrupted stage; rough data are not judged by a glance."""
+    return [task.seen for task in done if task.seen is not None and (task.seen.held or not bench.rough)]
 
 
 def _cost(task: _Task) -> float:
