@@ -213,7 +213,7 @@ class DiscoveryResult:
         return self.units.get(channel, channel.unit)
 
     def to_json(self) -> dict[str, Any]:
-        """The contract of `discovery.json`: plain values only."""
+        """The contract of `discovery.json`: plain values only; `interrupted` is there where the search was."""
         return {
             "verdict": self.verdict.value,
             "effects": [effect.to_json() for effect in self.effects],
@@ -221,4 +221,5 @@ class DiscoveryResult:
             "gap": self.gap.to_json(),
             "next_experiment": None if self.next_experiment is None else self.next_experiment.to_json(),
             "run": self.run.to_json(),
+            **({"interrupted": True} if self.interrupted else {}),
         }

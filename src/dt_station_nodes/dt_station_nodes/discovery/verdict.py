@@ -9,7 +9,7 @@ from .channel import SAME, Finding
 from .result import Gap, NamedEffect, Verdict
 from .selection import Explanation
 
-DOUBTED = 0.5  # what is left of the confidence in a name that better explanations do without
+DOUBTED = 0.5  # what is left of the confidence in a name that better explanations do without, or that an unfinished search gives
 
 _WEIGHT = (Verdict.NOTHING_MISSING, Verdict.PARAMETERS_ONLY, Verdict.UNEXPLAINED, Verdict.NAMED)
 
@@ -25,7 +25,7 @@ def confidence(finding: Finding, alternatives: Sequence[str]) -> float:
     gain = 1.0 - float(np.exp(-max(finding.gain, 0.0) / 20.0))
     left = float(np.exp(-4.0 * max(finding.excess, 0.0)))
     shared = 1.0 / (1 + len(alternatives))
-    doubt = DOUBTED if better_without(finding) else 1.0
+    doubt = DOUBTED if better_without(finding) or finding.interrupted else 1.0
     return float(np.clip(max(margin, shared) * gain * left * doubt, 0.0, 0.999))
 
 
