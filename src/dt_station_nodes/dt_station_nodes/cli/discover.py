@@ -149,7 +149,7 @@ def _print_table(rows: list[dict[str, Any]]) -> None:
 
     shown = Table()
     for head in ("run", "verdict", "effects", "confidence", "RMS before", "after", "noise"):
-        shown.add_column(head)
+        shown.add_column(head, overflow="fold")
     for row in rows:
         shown.add_row(
             *(str(row[key]) for key in ("run", "verdict", "effects", "confidence", "before", "after", "noise"))

@@ -9,7 +9,8 @@ from .channel import SAME, Finding
 from .result import Gap, NamedEffect, Verdict
 from .selection import Explanation
 
-DOUBTED = 0.5  # what is left of the confidence in a name that better explanations do without, or that an unfinished search gives
+# What is left of the confidence in a name that better sets do without, or that an unfinished search gives.
+DOUBTED = 0.5
 
 _WEIGHT = (Verdict.NOTHING_MISSING, Verdict.PARAMETERS_ONLY, Verdict.UNEXPLAINED, Verdict.NAMED)
 
