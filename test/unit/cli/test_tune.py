@@ -95,3 +95,10 @@ def test_paper_needs_both_paths(tmp_path, capsys):
     model.write_text("name: m\npaths:\n  pressure: {numerator: [1], denominator: [1, 1]}\n", encoding="utf-8")
     assert "lacks a position path" in refused(capsys, "paper", "--model", model, "--out", tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_the_mode_chooses_the_controller_to_start_from(tmp_path, capsys):
+    data = called(capsys, "tune", "position", "--mode", "fuzzy", "--method", "check", "--out", tmp_path / "out")
+    config = LoopConfig.from_yaml((tmp_path / "out" / "controller.yaml").read_text(encoding="utf-8"))
+    assert config.mode.name == "FUZZY"
+    assert data["after"]["stable"]

@@ -37,6 +37,7 @@ class Place(str, Enum):
 
 
 _USUAL = {"pressure": "pressure_pi", "position": "position_pid"}
+_FUZZY = {"position": "position_fuzzy"}
 
 
 def tune(
@@ -44,7 +45,10 @@ def tune(
     *,
     method: Annotated[Method, typer.Option(help="check judges the settings as they are.")] = Method.OPTIMISE,
     controller: Annotated[
-        str, typer.Option(help="Controller to start from, by path or name [pressure_pi, position_pid].")
+        str,
+        typer.Option(
+            help="Controller to start from, by path or name [pressure_pi, position_pid, fuzzy: position_fuzzy]."
+        ),
     ] = "",
     mode: Annotated[str, typer.Option(help="pi, pid or fuzzy [the controller's own].")] = "",
     model: Annotated[str, typer.Option(help="Model to tune on, by path or name.")] = "paper",
@@ -89,7 +93,8 @@ def tune(
     spec, _ = load_model(model)
     if channel not in spec.paths:
         raise UserError(f"model {spec.name} has no {channel.value} path; choose another with --model.")
-    start = _with_mode(_controller(controller or _USUAL[loop.value]), mode)
+    usual = _FUZZY.get(loop.value, "") if mode == "fuzzy" else ""
+    start = _with_mode(_controller(controller or usual or _USUAL[loop.value]), mode)
     other = _controller(_USUAL["position" if channel is Channel.PRESSURE else "pressure"])
     if not 1e-4 <= sample_time <= 1.0:
         raise UserError(f"--sample-time {sample_time:g}: give seconds from 0.0001 to 1.")
