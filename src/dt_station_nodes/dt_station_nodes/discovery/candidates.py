@@ -35,12 +35,12 @@ class Candidate:
     @property
     def required(self) -> tuple[str, ...]:
         """Parameters of the plain form."""
-        return tuple(p.name for p in self.effect.parameters if not p.optional)
+        return tuple(p.name for p in self.effect.parameters if not p.optional or p.tried_first)
 
     @property
     def optional(self) -> tuple[str, ...]:
         """Parameters that refine the form."""
-        return tuple(p.name for p in self.effect.parameters if p.optional)
+        return tuple(p.name for p in self.effect.parameters if p.optional and not p.tried_first)
 
 
 def library(channel: Channel) -> tuple[Candidate, ...]:

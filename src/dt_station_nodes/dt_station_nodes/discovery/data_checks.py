@@ -8,13 +8,15 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.errors import StationError
 from ..core.run import Run
-from .noise import difference_noise, quantisation_step
+from .noise import quantisation_step
 
 Array = NDArray[np.float64]
 
 MIN_SAMPLES = 100
 FROZEN_SAMPLES = 8
 WAKES = 4.0
+BEFORE = 30  # samples looked at before such a stretch
+MOVES = 1e-3  # of the voltage's standard deviation
 
 
 class UnusableRunError(StationError):
@@ -44,35 +46,44 @@ def _stretches(flags: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
     return kept
 
 
-def frozen_samples(measured: Array) -> NDArray[np.bool_]:
-    """Samples (n,) inside stretches of exactly equal values away from the extremes.
+def frozen_samples(measured: Array, voltage: Array) -> NDArray[np.bool_]:
+    """Samples (n,) inside stretches of exactly equal values away from the extremes, while the voltage moves.
 
-    Only where the signal otherwise changes at most samples: a noisy or fine-resolution sensor cannot
-    repeat itself exactly for long, unless it stands still. Where noise is too small to tell, an object that stands
-    repeats itself too, but it then sets off gently; a sensor that wakes up jumps to where the object has gone.
+    Only where the signal otherwise changes at most samples. A noisy sensor cannot repeat itself for long unless it
+    stands still. Without noise an object that stands repeats itself too, but it then sets off gently; a sensor that
+    wakes up jumps to where the object has gone.
     """
     still = np.diff(measured) == 0.0
+    kept = np.zeros(len(measured), dtype=np.bool_)
     if still.mean() > 0.6:
-        return np.zeros(len(measured), dtype=np.bool_)
+        return kept
     span = float(measured.max() - measured.min())
     inside = (measured > measured.min() + 1e-6 * span) & (measured < measured.max() - 1e-6 * span)
-    flags = np.concatenate(([False], still)) & inside
-    noisy = difference_noise(measured) > 1e-6 * span and quantisation_step(measured) == 0.0
-    if noisy:
-        return _stretches(flags, FROZEN_SAMPLES)
-    return _waking(_stretches(flags, 4 * FROZEN_SAMPLES), measured)
-
-
-def _waking(flags: NDArray[np.bool_], measured: Array) -> NDArray[np.bool_]:
-    """Stretches that end in a jump far above the movement after it."""
+    flags = _stretches(np.concatenate(([False], still)) & inside, FROZEN_SAMPLES)
     step = quantisation_step(measured)
+    moves = MOVES * float(np.std(voltage))
     edges = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(np.int8)))
-    kept = np.zeros_like(flags)
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
-        after = np.abs(np.diff(measured[stop - 1 : stop + 6]))
-        if len(after) > 1 and after[0] > WAKES * max(float(np.median(after[1:])), step):
+        if float(np.ptp(voltage[start : stop - 1])) <= moves:
+            continue
+        noisy = step == 0.0 and _like_noise(measured[max(0, start - BEFORE) : start])
+        if noisy or (stop - start >= 4 * FROZEN_SAMPLES and _jumps(measured[stop - 1 : stop + 6], step)):
             kept[start:stop] = True
     return kept
+
+
+def _like_noise(before: Array) -> bool:
+    """Whether neighbouring samples differ as those of noise do: high differences far above the first ones."""
+    if len(before) < BEFORE // 2:
+        return False
+    first = float(np.sqrt(np.mean(np.diff(before) ** 2)))
+    return first > 0.0 and float(np.sqrt(np.mean(np.diff(before, 4) ** 2))) > 2.0 * first
+
+
+def _jumps(after: Array, step: float) -> bool:
+    """Whether what follows a stretch begins with a jump far above the movement after it."""
+    changes = np.abs(np.diff(after))
+    return len(changes) > 1 and bool(changes[0] > WAKES * max(float(np.median(changes[1:])), step))
 
 
 def check_channel(run: Run, channel: Channel) -> ChannelCheck:
@@ -95,7 +106,7 @@ def check_channel(run: Run, channel: Channel) -> ChannelCheck:
             f"{channel.value}: {clipped_share:.0%} of the samples stand exactly at the highest or lowest value; "
             "that is a stop, an overflow or a clipped sensor"
         )
-    frozen = frozen_samples(measured) if excited else np.zeros(len(measured), dtype=np.bool_)
+    frozen = frozen_samples(measured, voltage) if excited else np.zeros(len(measured), dtype=np.bool_)
     if frozen.any():
         notes.append(
             f"{channel.value}: the sensor repeats exactly the same value for {frozen.mean():.1%} of the samples, "

@@ -26,6 +26,8 @@ Progress = Callable[[str], None]
 UNUSUAL = {
     ("backlash", "input"): 4.0,
     ("overflow", "output"): 1.0,
+    # Without voltages inside the band it only takes off a constant, as a bias does.
+    ("dead_zone", "pressure"): 2.0,
     # What a supply cannot exceed is called saturation where it is a pressure.
     ("overflow", "pressure"): 14.0,
     # A sensor that lags, waits or rings is rarer than a valve that does.

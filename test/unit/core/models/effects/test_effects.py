@@ -119,7 +119,7 @@ def test_leakage_creeps_with_the_absolute_pressure():
 
 def test_load_takes_gain():
     load = np.full(TIME.size, 3e6)
-    out = answer("load_dependent_gain", {"per_load": 1e-7, "direction": 0.0}, load=load)
+    out = answer("load_dependent_gain", {"per_load": 1e-7}, load=load)
     assert np.allclose(out, SWEEP[:-1] * math.sqrt(1 - 0.6))
 
 

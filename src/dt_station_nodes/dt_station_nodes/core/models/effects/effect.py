@@ -43,7 +43,8 @@ class Parameter:
     `lower`, `upper` and `starts` are multiples of the run's scale of `quantity` (1 for ratios, seconds, hertz and
     radians); `neutral` is the value, in the parameter's own unit, at which it changes nothing. An `optional`
     parameter refines the form and stays neutral unless a model sets it or a fit frees it. The effect is present where a
-    parameter that `acts_alone` (None: every one that is not optional) is off its neutral value.
+    parameter that `acts_alone` (None: every one that is not optional) is off its neutral value. One `tried_first`
+    is optional in a model, but a fit frees it from the start.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Parameter:
     neutral: float = 0.0
     optional: bool = False
     acts_alone: bool | None = None
+    tried_first: bool = False
 
     @property
     def shows_presence(self) -> bool:

@@ -35,7 +35,8 @@ EFFECT = Effect(
             0.0,
             1.0,
             (0.0, 1.0),
-            acts_alone=False,
+            optional=True,
+            tried_first=True,
         ),
         Parameter(
             "linearity",

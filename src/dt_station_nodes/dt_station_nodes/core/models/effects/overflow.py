@@ -46,7 +46,11 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         c[INJECTION] += spill * lost * c[OUTLET_RATE]
     excess = c[FREE_OUTPUT] + c[INJECTION_GAIN] * c[INJECTION] - limit
     if excess > 0.0 and c[INJECTION_GAIN] > 0.0:
-        c[INJECTION] -= excess / c[INJECTION_GAIN]
+        over = excess / c[INJECTION_GAIN]
+        if p[4] > 0.0:
+            # A weir: what stands above the rim runs off in time, never more than there is.
+            over = min(over, excess / p[4] * (excess / abs(limit)) ** (p[5] - 1.0))
+        c[INJECTION] -= over
     return value
 
 
@@ -83,6 +87,26 @@ EFFECT = Effect(
             0.0,
             1.0,
             (0.3,),
+            optional=True,
+        ),
+        Parameter(
+            "weir_s",
+            Quantity.TIME,
+            "time in which what stands above the limit, were it as high as the limit, runs off; 0: at once",
+            0.0,
+            10.0,
+            (0.0, 0.05),
+            optional=True,
+            tried_first=True,
+        ),
+        Parameter(
+            "weir_exponent",
+            Quantity.RATIO,
+            "exponent of that height, 1.5 for a weir",
+            0.5,
+            2.5,
+            (1.3,),
+            neutral=1.0,
             optional=True,
         ),
     ),

@@ -14,6 +14,10 @@ from .effect import Attachment, Effect, Parameter, Quantity
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     unit = c[STATIC_GAIN] if c[STAGE] > 1.5 else 1.0
     upper, lower, rounding = p[0] * unit, p[1] * unit, p[2] * unit
+    if p[3] > 1e-3:
+        limit = upper if value > 0.0 else lower
+        if limit * value > 0.0:
+            return value * (1.0 + (value / limit) ** (1.0 / p[3])) ** -p[3]
     if rounding > 1e-12 * unit:
         a = (value - lower) / rounding
         b = (value - upper) / rounding
@@ -48,6 +52,15 @@ EFFECT = Effect(
         ),
         Parameter(
             "rounding_v", Quantity.INPUT, "voltage over which the corners are rounded", 0.0, 0.5, (0.05,), optional=True
+        ),
+        Parameter(
+            "knee",
+            Quantity.RATIO,
+            "how early the answer bends: 0 for a sharp limit, 0.2 for the flow curve of a spool at full stroke",
+            0.0,
+            1.0,
+            (0.15, 0.4),
+            optional=True,
         ),
     ),
     step=_step,
