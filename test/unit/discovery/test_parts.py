@@ -71,11 +71,23 @@ def test_covariance_holds_the_scatter_of_estimates():
 
 
 def test_frozen_stretches_are_found_in_noisy_signals_only():
+    voltage = np.cos(np.arange(1000) * 0.05)
     signal = np.sin(np.arange(1000) * 0.05) + 0.01 * RNG.standard_normal(1000)
-    assert not frozen_samples(signal).any()
+    assert not frozen_samples(signal, voltage).any()
     signal[300:340] = signal[300]
-    assert frozen_samples(signal).sum() == 39
-    assert not frozen_samples(np.round(signal, 0)).any()
+    assert frozen_samples(signal, voltage).sum() == 39
+    assert not frozen_samples(signal, np.ones(1000)).any()
+    assert not frozen_samples(np.round(signal, 0), voltage).any()
+
+
+def test_an_object_that_stands_is_no_frozen_sensor():
+    voltage = np.sin(np.arange(1000) * 0.02)
+    standing = np.cumsum(np.where(np.abs(voltage) > 0.6, voltage - 0.6 * np.sign(voltage), 0.0))
+    assert not frozen_samples(standing, voltage).any()
+    assert not frozen_samples(np.round(standing, 1), voltage).any()
+    frozen = 30.0 * np.cos(np.arange(1000) * 0.02)
+    frozen[330:380] = frozen[330]
+    assert frozen_samples(frozen, voltage).sum() == 49
 
 
 def test_a_still_voltage_is_said():
