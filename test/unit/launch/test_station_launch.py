@@ -6,8 +6,11 @@ import types
 from pathlib import Path
 
 import pytest
+import yaml
 
+from dt_station_nodes.nodes.configuration import config_dir
 from dt_station_nodes.nodes.registry import NODES
+from dt_station_nodes.nodes.scenario import Scenario
 
 FILE = Path(__file__).resolve().parents[3] / "src" / "dt_station_nodes" / "launch" / "station.launch.py"
 
@@ -55,3 +58,16 @@ def test_all_nodes_start_with_arguments_that_are_declared(description):
             yield from used(child)
 
     assert set(used(nodes)) == declared
+
+
+def test_the_waveforms_are_those_of_the_scenario(description):
+    (entities,) = description.args
+    nodes = {each.kwargs["name"]: each.kwargs["parameters"][0] for each in entities if type(each).__name__ == "Node"}
+    scenario = Scenario.load("paper")
+    station = yaml.safe_load((config_dir() / "station.yaml").read_text(encoding="utf-8"))
+    for name in ("load_generator", "position_generator"):
+        wanted = scenario.nodes[name].parameters
+        for given in (nodes[name], station[f"/station/{name}"]["ros__parameters"]):
+            for key in ("channel", "shape", "amplitude", "offset", "frequency_hz"):
+                if key in given:
+                    assert given[key] == wanted[key], (name, key)

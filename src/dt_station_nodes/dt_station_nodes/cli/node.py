@@ -15,10 +15,10 @@ def node(
 
     Example: dt-station node load_generator --ros-args -p shape:=sine -p amplitude:=1e6
     """
-    from ..nodes.registry import NODES, entry
+    from ..nodes.registry import entry, installed
 
     if not name:
-        for each in NODES:
+        for each in installed():
             print(each)
         return
     if context.args and context.args[0] != "--ros-args":

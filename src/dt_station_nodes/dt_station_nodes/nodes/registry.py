@@ -1,6 +1,7 @@
 """The executables, and who reads and writes which topic: what readiness and supervision are computed from."""
 
 import importlib
+import importlib.util
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -32,6 +33,12 @@ class UnknownNodeError(StationError):
 def entry(executable: str) -> Callable[[Sequence[str] | None], int]:
     """`main` of an executable. Raises UnknownNodeError."""
     return _module(executable).main
+
+
+def installed() -> tuple[str, ...]:
+    """The nodes that this installation has."""
+    panel = f"{__package__.removesuffix('.nodes')}.panel"
+    return tuple(name for name in NODES if name != "panel" or importlib.util.find_spec(panel) is not None)
 
 
 def factory(executable: str) -> Callable[[Any], Any]:
