@@ -40,8 +40,11 @@ CONTEXT_SIZE = 19
 
 
 def effect_step(function: Callable[..., float]) -> Any:
-    """Compile an effect's step to a cached C function of the one signature."""
-    return numba.cfunc(SIGNATURE, cache=True)(function)
+    """Compile an effect's step to a cached C function of the one signature.
+
+    It has nobody to raise to: dividing by zero gives infinity or not-a-number, as in C.
+    """
+    return numba.cfunc(SIGNATURE, cache=True, error_model="numpy")(function)
 
 
 @intrinsic

@@ -12,7 +12,7 @@ from .effect import Attachment, Effect, Parameter, Quantity
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    unit = c[STATIC_GAIN] if c[STAGE] > 1.5 else 1.0
+    unit = abs(c[STATIC_GAIN]) if c[STAGE] > 1.5 else 1.0
     upper, lower, rounding = p[0] * unit, p[1] * unit, p[2] * unit
     if p[3] > 1e-3:
         limit = upper if value > 0.0 else lower
