@@ -13,6 +13,8 @@ from rclpy.parameter import parameter_value_to_python
 
 _POLL_S = 0.1
 _PATIENCE_S = 1.0
+_ACQUAINTED_S = 0.3
+_RUNNING_S = 1.5
 _QUIET_S = 0.3
 
 
@@ -26,6 +28,7 @@ class _Inquiry:
 
     lister: Any
     getter: Any
+    ready_since: float
     asked: float = -_PATIENCE_S
     question: int = 0
     done: bool = False
@@ -36,10 +39,18 @@ class _Inquiry:
 
 
 class ParameterSnapshot:
-    """Calls `keep` with a node's name and its parameters, for each node of the own namespace."""
+    """Calls `keep` with a node's name and its parameters, for each node of the own namespace.
 
-    def __init__(self, node: Node, keep: Callable[[str, Mapping[str, Any]], None]) -> None:
-        self._node, self._keep = node, keep
+    `running` says whether the station runs already, so that nobody may be held up.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        keep: Callable[[str, Mapping[str, Any]], None],
+        running: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._node, self._keep, self._running = node, keep, running
         self._inquiries: dict[str, _Inquiry] = {}
         self._newest = time.monotonic()
         self._timer = node.create_timer(_POLL_S, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -66,6 +77,7 @@ class ParameterSnapshot:
             self._inquiries[name] = _Inquiry(
                 self._node.create_client(ListParameters, f"{path}/list_parameters"),
                 self._node.create_client(GetParameters, f"{path}/get_parameters"),
+                self._newest,
             )
         for name in set(self._inquiries) - names:
             # a node that comes back is asked again
@@ -75,7 +87,12 @@ class ParameterSnapshot:
         now = time.monotonic()
         for name, inquiry in self._inquiries.items():
             ready = inquiry.lister.service_is_ready() and inquiry.getter.service_is_ready()
-            if not inquiry.done and ready and now - inquiry.asked > _PATIENCE_S:
+            if not ready:
+                inquiry.ready_since = now
+            # a node that does not know its client yet holds its answer, and everything else, for a tenth of a second
+            needed = _RUNNING_S if self._running() else _ACQUAINTED_S
+            acquainted = ready and now - inquiry.ready_since >= needed
+            if not inquiry.done and acquainted and now - inquiry.asked > _PATIENCE_S:
                 self._ask(name, inquiry)
 
     def _ask(self, name: str, inquiry: _Inquiry) -> None:

@@ -48,6 +48,11 @@ class TopicSlot:
         self.numbered = kind.numbered
         self.sequence: Callable[[bytes], int] = number_reader(kind)
 
+    @property
+    def running(self) -> bool:
+        """Whether samples, or what answers them, were heard on it."""
+        return self.numbered and self.number is not None
+
     def register(self, node: Node, writer: WriterThread) -> None:
         """Enter the topic into the bag, once."""
         if self.number is not None:

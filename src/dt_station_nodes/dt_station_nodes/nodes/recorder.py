@@ -96,7 +96,7 @@ class Recorder:
                 self._pending.append(name)
         # the bridge waits for its readers: so a run begins when its nodes' parameters are in the bag
         self._state_due = time.monotonic() + _SNAPSHOT_S if STATE in chosen else None
-        self._parameters = ParameterSnapshot(node, self._attach_parameters)
+        self._parameters = ParameterSnapshot(node, self._attach_parameters, lambda: any(s.running for s in self._slots))
         self._writer.start()
         self._diagnostics = Diagnostics(node, self._health)
         self._timer = node.create_timer(0.1, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))

@@ -18,6 +18,7 @@ from .scenario import NAMESPACE
 from .watch import Watch
 
 _WAVEFORM = ("shape", "amplitude", "offset", "frequency_hz", "phase_rad", "duty")
+_ACQUAINTED_S = 1.0
 _CONTROLLER = {"load": "pressure_controller", "position": "position_controller"}
 
 
@@ -31,6 +32,7 @@ class Remote:
     def __init__(self, wait_s: float = 10.0) -> None:
         self._wait_s = wait_s
         self._watch = Watch("dt_station_set")
+        self._clients: dict[str, Any] = {}
 
     def __enter__(self) -> "Remote":
         return self
@@ -108,16 +110,20 @@ class Remote:
         return {name: self._get(node, (name,))[name] for name in names} if len(names) > 1 else {names[0]: None}
 
     def _call(self, node: str, kind: Any, service: str, request: Any) -> Any:
-        client = self._watch.node.create_client(kind, f"/{NAMESPACE}/{node}/{service}")
-        try:
+        path = f"/{NAMESPACE}/{node}/{service}"
+        client = self._clients.get(path)
+        if client is None:
+            client = self._watch.node.create_client(kind, path)
             if not self._await(client.service_is_ready):
+                self._watch.node.destroy_client(client)
                 raise RemoteError(f"the node {node} is not running; start the station with dt-station run.")
-            future = client.call_async(request)
-            if not self._await(future.done):
-                raise RemoteError(f"the node {node} does not answer.")
-            return future.result()
-        finally:
-            self._watch.node.destroy_client(client)
+            self._clients[path] = client
+            # a node that does not know its client yet holds its answer, and everything else, for a tenth of a second
+            self._watch.spin(_ACQUAINTED_S)
+        future = client.call_async(request)
+        if not self._await(future.done):
+            raise RemoteError(f"the node {node} does not answer.")
+        return future.result()
 
     def _await(self, condition: Any) -> Any:
         self._watch.spin(self._wait_s, condition)
