@@ -105,6 +105,8 @@ def examine(
         silent = quiet or not measure.seen(null)
         if not silent:
             known += scan(bench, _starting_points(null, nulls[-1]), MOST_SINGLE, FINEST_SINGLE)
+        # Rough data have few samples and shallow minima: all that is fitted is fitted in its refined form too.
+        finest = MOST if bench.rough else FINEST
         for _ in range(0 if silent else settings.max_effects - 1):
             measure = take_measure(bench, known)
             inside = sorted((e for e in known if e.inside and e.added), key=measure.score)
@@ -121,11 +123,11 @@ def examine(
                 and measure.left(inside[0]) > MORE_LEAVES * min(measure.left(e) for e in inside if len(e.added) < size)
             ):
                 break
-            known += scan(bench, inside[: BEAM if size == 1 else 1], MOST, FINEST)
+            known += scan(bench, inside[: BEAM if size == 1 else 1], MOST, finest)
         inside = [e for e in known if e.inside and len(e.added) > 1]
         if inside:
             leader = min(inside, key=take_measure(bench, known).score)
-            known = distinct([*known, *exchange(bench, leader, MOST, FINEST)])
+            known = distinct([*known, *exchange(bench, leader, MOST, finest)])
         for size in range(settings.max_effects, 1, -1):
             measure = take_measure(bench, known)
             larger = sorted((e for e in known if e.inside and len(e.added) == size), key=measure.score)

@@ -1,6 +1,6 @@
 """Stage 6: which set of effects earns its names, and which names could stand in their place."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..core.models.effects import registry
 from .problem import Problem
@@ -8,11 +8,12 @@ from .selection import Bench, Explanation, penalised
 
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
 SEEN = 2.0  # times what no one would call a gap: less is none
-ROUGH_GAIN = 0.025  # there a further effect must be worth this share of the gap
+ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.05  # must leave next to nothing of it
+MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +115,15 @@ def certain(explanation: Explanation, measure: Measure) -> bool:
         return False
     if "dead_zone" in explanation.added and not _about_zero(explanation):
         return False
+    if "asymmetric_gain" in explanation.added and _one_sided(explanation):
+        return False
     return all(name in sure for name in explanation.added)
+
+
+def _one_sided(explanation: Explanation) -> bool:
+    """Whether an asymmetric gain passes next to nothing on one side: that is a limit under another name."""
+    gain = next(e for e in explanation.fit.path.effects if e.name == "asymmetric_gain").parameters
+    return abs(gain["asymmetry"]) > MOST_ASYMMETRIC
 
 
 def _about_zero(explanation: Explanation) -> bool:
@@ -139,6 +148,8 @@ def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Me
     """Whether a further effect is more than the mending of the former ones' form."""
     before, after = measure.left(best), measure.left(leader)
     if measure.rough:
-        return before - after > ROUGH_GAIN * measure.left(null)
+        # Blocks held out can make a null look as bad as one likes: the yardstick is what its own fit leaves.
+        own = replace(null, powers=(float(null.fit.residual @ null.fit.residual), *null.powers[1:]))
+        return before - after > ROUGH_GAIN * measure.left(own)
     small = before - after < SMALL_SHARE * measure.left(null)
     return after <= (SMALL_LEAVES if small else NEXT_LEAVES) * before + 0.03 * measure.noise

@@ -29,7 +29,7 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
                 continue
             start = hypothesis(bench.problem, bare.fit.path, bench.nominal, bare.freed)
             fit = fit_hypothesis(bench.problem, start, iterations=bench.iterations)
-            found.append(bench.explained(fit, bare.added, bare.freed))
+            found.append(bench.judged(bench.explained(fit, bare.added, bare.freed)))
     return found
 
 
