@@ -102,3 +102,10 @@ def test_the_mode_chooses_the_controller_to_start_from(tmp_path, capsys):
     config = LoopConfig.from_yaml((tmp_path / "out" / "controller.yaml").read_text(encoding="utf-8"))
     assert config.mode.name == "FUZZY"
     assert data["after"]["stable"]
+
+
+def test_an_unstable_model_is_refused(tmp_path, capsys):
+    model = tmp_path / "model.yaml"
+    model.write_text("name: m\npaths:\n  pressure: {numerator: [1.0], denominator: [1.0, -2.0], scale: 1.0e6}\n")
+    assert "pressure path is unstable" in refused(capsys, "tune", "pressure", "--model", model, "--out", tmp_path / "x")
+    assert not (tmp_path / "x").exists()

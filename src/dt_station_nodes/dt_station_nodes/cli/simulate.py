@@ -60,7 +60,7 @@ def simulate(
     from .typed_waveform import parse_waveform
 
     spec, _ = load_model(model)
-    _check_stable(spec, model)
+    check_stable(spec, model)
     loops = _loops(load_controller, position_controller)
     if run is not None:
         if loops:
@@ -76,7 +76,8 @@ def simulate(
     _leave(spec, result, measured, folder, json)
 
 
-def _check_stable(spec: "ModelSpec", name: str) -> None:
+def check_stable(spec: "ModelSpec", name: str) -> None:
+    """Raise UserError naming the path of a model that is unstable."""
     from ..identification import TransferFunction
 
     for channel, path in spec.paths.items():
@@ -87,8 +88,8 @@ def _check_stable(spec: "ModelSpec", name: str) -> None:
                 and not TransferFunction((1.0,), part.denominator).stable()
             ):
                 raise UserError(
-                    f"model {name}: the {channel.value}{what} path is unstable, so its simulation would grow without "
-                    "bound; look at its denominator."
+                    f"model {name}: the {channel.value}{what} path is unstable, it grows without bound; "
+                    "look at its denominator."
                 )
 
 

@@ -88,11 +88,13 @@ def tune(
     from ..core.channels import Channel
     from ..identification import tuning
     from . import tune_report
+    from .simulate import check_stable
 
     channel = Channel(loop.value)
     spec, _ = load_model(model)
     if channel not in spec.paths:
         raise UserError(f"model {spec.name} has no {channel.value} path; choose another with --model.")
+    check_stable(spec, model)
     usual = _FUZZY.get(loop.value, "") if mode == "fuzzy" else ""
     start = _with_mode(_controller(controller or usual or _USUAL[loop.value]), mode)
     other = _controller(_USUAL["position" if channel is Channel.PRESSURE else "pressure"])
