@@ -169,9 +169,12 @@ class Supervisor:
     def _shadow_done(self) -> bool:
         if self._shadow is None or self.bridge is None:
             return True
+        taken = self.observed.value(self.bridge, "samples", 0)
+        if self._processes[self._shadow].restarts:
+            # its count began anew, its place in the run did not
+            return bool(self.observed.value(self._shadow, "sequence", -1) >= taken - 1)
         summary = self.observed.summary
-        done = summary.get("samples", 0) + summary.get("missed", 0)
-        return bool(done >= self.observed.value(self.bridge, "samples", 0))
+        return bool(summary.get("samples", 0) + summary.get("missed", 0) >= taken)
 
     def _heard(self) -> str:
         return (
