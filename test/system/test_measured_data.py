@@ -10,7 +10,7 @@ from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
 from dt_station_nodes.nodes.configuration import find_config
 from dt_station_nodes.records import load_run
 
-pytestmark = [pytest.mark.measured, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.measured, pytest.mark.timeout(400)]
 
 FORCE_N_PER_V = 35.15065
 COULOMB_N = 20.39
@@ -102,7 +102,6 @@ def test_crane_has_a_static_valve_curve(crane):
     assert "saturation" in found
 
 
-@pytest.mark.xfail(reason="67 % is in reach with dead zone and asymmetric gain beside saturation", strict=False)
 def test_crane_on_the_second_half(crane):
     unseen, result = crane
     measured = unseen.signals["pressure_pa"]
