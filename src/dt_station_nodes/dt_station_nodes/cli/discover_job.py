@@ -84,6 +84,8 @@ def _command(task: Task) -> str:
         words += ["--map", str(task.data_map)]
     if task.validate is not None:
         words += ["--validate", str(task.validate)]
+        if task.validate_map is not None and task.validate_map != task.data_map:
+            words += ["--validate-map", str(task.validate_map)]
     if task.window_s > 0.0:
         words += ["--window", f"{task.window_s:g}"]
     return shlex.join(words)

@@ -29,8 +29,8 @@ pre{background:#f5f5f5;padding:.8rem;overflow-x:auto;font-size:.85rem}details{ma
 <p>Drive the {{ experiment.channel.value }} valve with a {{ experiment.shape }} of {{ "%.3g"|format(experiment.amplitude) }} V about
 {{ "%.3g"|format(experiment.offset) }} V at {{ experiment.frequency_hz }} Hz for {{ "%.0f"|format(experiment.duration_s) }} s.</p>{% endif %}
 <h2>Measured and simulated</h2>
-<p>The model is driven by the voltages really applied and the pressure really measured. Paths that integrate are re-anchored every
-few seconds, so that drift does not hide the rest.</p>
+<p>The model is driven by the voltages really applied and the pressure really measured. Paths that integrate are re-anchored in
+short windows, so that drift does not hide the rest.</p>
 {% for p in pictures.run %}{{ p|safe }}{% endfor %}
 {% if pictures.validation %}<h2>On the validation run, which no fit has seen</h2>{% for p in pictures.validation %}{{ p|safe }}{% endfor %}{% endif %}
 <h2>The gap in figures</h2>

@@ -47,7 +47,9 @@ def why(finding: Finding, name: str) -> str:
     runner = next((e for e in finding.ranking if e.inside and e.added and name not in e.added), None)
     against = ""
     if runner is not None:
-        left = float(np.sqrt(runner.fit.rss / max(finding.best.fit.rss, 1e-300)))
+        # Of a long run the others are known on part of the samples only.
+        powers = [float(np.mean(np.square(e.fit.residual))) for e in (runner, finding.best)]
+        left = float(np.sqrt(powers[0] / max(powers[1], 1e-300)))
         against = f"; the best explanation without it ({' + '.join(runner.added)}) leaves {left:.2f} times the RMS"
     return f"it explains {explained:.1f} % of the gap that refitted nominal parameters leave, {rest}{against}"
 
