@@ -88,4 +88,7 @@ def sentence(
     start = f"The gap of the {finding.problem.channel.value} path has structure that no named effect explains; "
     if finding.rival:
         return f"{start}it behaves like {finding.rival.replace('_', ' ')}."
+    if finding.best.added and finding.excess < 0.02:
+        nearest = " and ".join(name.replace("_", " ") for name in finding.best.added)
+        return f"{start}{nearest} comes near, but other sets do without it and fit better."
     return f"{start}the nearest leaves {100 * finding.excess:.0f} % of it."
