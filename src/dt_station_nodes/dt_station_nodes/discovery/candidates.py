@@ -72,10 +72,13 @@ def _spectral_peaks(residual: Array, sample_time_s: float, count: int = 3) -> li
     return peaks
 
 
-def _grid(problem: Problem, candidate: Candidate, name: str, residual: Array) -> list[float]:
+def _grid(problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array) -> list[float]:
     parameter = candidate.effect.parameter(name)
     if candidate.name == "periodic_disturbance" and parameter.quantity is Quantity.FREQUENCY:
         return _spectral_peaks(residual, problem.simulator.sample_time_s)
+    if candidate.name == "cubic_stiffness" and parameter.name == "centre":
+        # A run far from mid-stroke most often has its spring where it moves about.
+        return [0.0, float(np.mean(problem.measured)) - path.rest]
     unit = unit_of(problem, parameter, candidate.at or candidate.effect.attachment)
     return [start * unit for start in parameter.starts]
 
@@ -99,7 +102,7 @@ def hypothesis(problem: Problem, path: PathSpec, nominal: tuple[Term, ...], free
 
 def plain_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
     """Paths with the candidate in its plain form at every combination of its starts."""
-    grids = [_grid(problem, candidate, p, residual) for p in candidate.required]
+    grids = [_grid(problem, path, candidate, p, residual) for p in candidate.required]
     combinations = list(product(*grids))
     return [add_effect(path, candidate, dict(zip(candidate.required, c, strict=True))) for c in combinations]
 
@@ -134,7 +137,7 @@ def refined_starts(problem: Problem, path: PathSpec, candidate: Candidate, resid
     grids = []
     for name in candidate.optional:
         parameter = candidate.effect.parameter(name)
-        values = _grid(problem, candidate, name, residual)
+        values = _grid(problem, path, candidate, name, residual)
         grids.append(values if len(candidate.optional) > 3 else list(dict.fromkeys([parameter.neutral, *values])))
     combinations = list(product(*grids))[:_MOST_COMBINATIONS]
     named = [dict(zip(candidate.optional, c, strict=True)) for c in combinations]

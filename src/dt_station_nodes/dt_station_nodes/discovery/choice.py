@@ -11,6 +11,7 @@ SEEN = 2.0  # times what no one would call a gap: less is none
 ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
+WORTH_SAYING = 0.004  # one that is worth less than this is the form of the former ones
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.05  # must leave next to nothing of it
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
@@ -151,5 +152,7 @@ def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Me
         # Blocks held out can make a null look as bad as one likes: the yardstick is what its own fit leaves.
         own = replace(null, powers=(float(null.fit.residual @ null.fit.residual), *null.powers[1:]))
         return before - after > ROUGH_GAIN * measure.left(own)
+    if before - after < WORTH_SAYING * measure.left(null):
+        return False
     small = before - after < SMALL_SHARE * measure.left(null)
     return after <= (SMALL_LEAVES if small else NEXT_LEAVES) * before + 0.03 * measure.noise

@@ -100,6 +100,7 @@ def _scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Qua
     high = max(float(np.quantile(np.abs(voltage), 0.98)), 1e-9)
     changes = np.abs(np.diff(voltage))
     output = max(float(np.abs(above).max()), 1e-12)
+    travel = max(float(np.abs(above - above.mean()).max()), 1e-12)
     velocity = np.abs(np.diff(above)) / run.sample_time_s
     speed = max(float(np.quantile(velocity, 0.9)), 1e-12)
     loading = load if len(load) else above
@@ -120,7 +121,7 @@ def _scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Qua
         Quantity.ANGLE: 1.0,
         Quantity.PER_LOAD: 1.0 / load_swing,
         Quantity.VELOCITY_PER_LOAD: speed / load_swing,
-        Quantity.INPUT_PER_OUTPUT_CUBED: high / output**3,
+        Quantity.INPUT_PER_OUTPUT_CUBED: high / travel**3,
     }
 
 

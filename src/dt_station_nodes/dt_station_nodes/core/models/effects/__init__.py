@@ -21,6 +21,7 @@ NAMES = (
     "dead_zone",
     "delay",
     "extra_lag",
+    "fatigue",
     "friction",
     "gain_drift",
     "hysteresis",

@@ -54,6 +54,7 @@ EFFECT = Effect(
             1.0,
             (0.0, 1.0),
             optional=True,
+            tried_first=True,
         ),
         Parameter(
             "leak",

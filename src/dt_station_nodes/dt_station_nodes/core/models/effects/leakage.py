@@ -45,6 +45,7 @@ EFFECT = Effect(
             (0.0, 0.05, 0.3),
             optional=True,
             acts_alone=True,
+            tried_first=True,
         ),
     ),
     step=_step,

@@ -1,0 +1,29 @@
+"""Fatigue: the answer weakens with past effort and recovers at rest. A rival to what it looks like, never named."""
+
+import math
+
+from ..compiled import SUBSTEP, Doubles, effect_step
+from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@effect_step
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    s[0] += (abs(value) - s[0]) * (1.0 - math.exp(-c[SUBSTEP] / max(p[1], 1e-3)))
+    return value / (1.0 + s[0] / max(p[0], 1e-9))
+
+
+EFFECT = Effect(
+    name="fatigue",
+    sentence="The gain falls with past effort and recovers at rest.",
+    attachment=Attachment.INPUT,
+    parameters=(
+        Parameter("half_v", Quantity.INPUT, "mean voltage at which half is left", 0.05, 50.0, (0.5, 3.0), neutral=1e9),
+        Parameter("recovery_s", Quantity.TIME, "time in which it forgets", 0.1, 60.0, (1.0, 5.0)),
+    ),
+    step=_step,
+    check="Repeat one step at rising duty and watch its size; look at coil heating and supply sag.",
+    source="first-order dependence of a gain on rectified input; coil resistance and supply sag",
+    state_size=1,
+    sub_stepped=True,
+    vocabulary=False,
+)
