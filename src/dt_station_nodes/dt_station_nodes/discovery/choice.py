@@ -152,7 +152,7 @@ def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Me
         # Blocks held out can make a null look as bad as one likes: the yardstick is what its own fit leaves.
         own = replace(null, powers=(float(null.fit.residual @ null.fit.residual), *null.powers[1:]))
         return before - after > ROUGH_GAIN * measure.left(own)
-    if before - after < WORTH_SAYING * measure.left(null):
+    if before < measure.noise and before - after < WORTH_SAYING * measure.left(null):
         return False
     small = before - after < SMALL_SHARE * measure.left(null)
     return after <= (SMALL_LEAVES if small else NEXT_LEAVES) * before + 0.03 * measure.noise

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
+from ..core.models.effects import registry
 from .candidates import (
     Freed,
     in_vocabulary,
@@ -26,8 +27,9 @@ Progress = Callable[[str], None]
 UNUSUAL = {
     ("backlash", "input"): 4.0,
     ("overflow", "output"): 1.0,
-    # Without voltages inside the band it only takes off a constant, as a bias does.
-    ("dead_zone", "pressure"): 2.0,
+    # Without voltages inside its band a dead zone only takes off a constant; a bias could as well add one.
+    ("bias", "pressure"): 1.4,
+    ("cross_coupling", "position"): 16.0,
     # What a supply cannot exceed is called saturation where it is a pressure.
     ("overflow", "pressure"): 14.0,
     # A sensor that lags, waits or rings is rarer than a valve that does.
@@ -140,13 +142,25 @@ class Bench:
         return effective_samples(residual) * self.count / len(residual)
 
 
+def _spent(fit: Fit) -> int:
+    """Free numbers, less optional ones that the fit left where they change nothing."""
+    unused = 0
+    for term in fit.hypothesis.terms:
+        if term.effect >= 0:
+            spec = fit.path.effects[term.effect]
+            parameter = registry()[spec.name].parameter(term.name)
+            idle = abs(spec.parameters[term.name] - parameter.neutral) <= 1e-9 * term.scale
+            unused += parameter.optional and idle
+    return fit.freedoms - unused
+
+
 def penalised(bench: Bench, explanation: Explanation, samples: float, floors: tuple[float, ...]) -> float:
     """Twice the negative log-likelihood with `samples` effective samples, priors and complexity (BIC) included."""
     fit = explanation.fit
     places = [(e.name, e.at.value if e.at else bench.problem.channel.value) for e in fit.path.effects]
     unusual = sum(UNUSUAL.get(place, 0.0) for place in places)
     # What held-out blocks say has paid for its freedoms already.
-    complexity = unusual + (0.0 if explanation.held else fit.freedoms * np.log(max(samples, 2.0)))
+    complexity = unusual + (0.0 if explanation.held else _spent(fit) * np.log(max(samples, 2.0)))
     # Each run with a variance of its own: one waveform on which a form fails does not outweigh another it explains.
     lengths = [len(problem.measured) for problem in bench.problems]
     gaps = zip(bench.misfits(explanation, floors), lengths, strict=True)
