@@ -9,7 +9,7 @@ from .effect import Attachment, Effect, Parameter, Quantity
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     s[0] += (abs(value) - s[0]) * (1.0 - math.exp(-c[SUBSTEP] / max(p[1], 1e-3)))
-    return value / (1.0 + s[0] / max(p[0], 1e-9))
+    return value / (1.0 + p[0] * s[0])
 
 
 EFFECT = Effect(
@@ -17,7 +17,7 @@ EFFECT = Effect(
     sentence="The gain falls with past effort and recovers at rest.",
     attachment=Attachment.INPUT,
     parameters=(
-        Parameter("half_v", Quantity.INPUT, "mean voltage at which half is left", 0.05, 50.0, (0.5, 3.0), neutral=1e9),
+        Parameter("loss_per_v", Quantity.RATIO, "loss of gain per volt of past effort", 0.0, 20.0, (0.1, 0.5)),
         Parameter("recovery_s", Quantity.TIME, "time in which it forgets", 0.1, 60.0, (1.0, 5.0)),
     ),
     step=_step,
