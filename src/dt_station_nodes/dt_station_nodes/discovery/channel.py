@@ -31,6 +31,7 @@ REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
 NEEDED = 4.0  # times as much is left by all that does without the set: it is there, if not alone
 DOUBT = 300.0  # a set not believed by itself but so far ahead
+DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
 LEFT_NOISE = 0.2  # and of the noise power
 WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
@@ -178,7 +179,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         if min((measure.left(e) for _, e in others), default=0.0) > NEEDED * left:
             share = max(share, REAL_SHARE)
         unexplained = left > share * gap and left > LEFT_NOISE * measure.noise
-        doubted = left > LEFT_NOISE * measure.noise and any(
+        doubted = left > max(LEFT_NOISE * measure.noise, DOUBT_SHARE * gap) and any(
             behind < -DOUBT and measure.left(e) < DOUBT_LEAVES * left for behind, e in others
         )
         verdict = Verdict.UNEXPLAINED if rival or unexplained or doubted else Verdict.NAMED
