@@ -22,7 +22,7 @@ NAMESPACE = "station"
 # also how long a signal may wait to be seen
 _IDLE_S = 0.1
 _DRAIN = 3
-_ACKNOWLEDGED_S = 0.5
+_ACKNOWLEDGED_S = 1.0
 _QUIET_S = 0.3
 _ARRIVED_S = 0.02
 
@@ -95,8 +95,10 @@ def deliver(node: Node, executor: Executor, keeps_all: bool, answers: bool = Fal
         return
     if answers:
         _listen(executor, _ARRIVED_S)
+    # One time for all: readers that are ending too may never acknowledge, and who stops us does not wait for ever.
+    end = time.monotonic() + _ACKNOWLEDGED_S
     for publisher in node.publishers:
-        publisher.wait_for_all_acked(Duration(seconds=_ACKNOWLEDGED_S))
+        publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.01)))
     if keeps_all:
         _listen(executor, _QUIET_S)
 
