@@ -2,8 +2,10 @@
 
 One function serves stepping and whole simulations, so that both give the same bits. A path's numbers lie in one
 flat array and its places in another: passing many small arrays costs more than the arithmetic they hold. For the
-same reason nothing here allocates, and inside a sub-step there are only plain pointers (arguments ending in `_at`
-are addresses), which carry no bounds and no reference count.
+same reason nothing here allocates, what a sub-step calls is inlined, and inside it there are only plain pointers
+(arguments ending in `_at` are addresses), which carry no bounds and no reference count. Linear states are read from
+one copy of the state (`now_at`) and written to another (`then_at`), which then change places: copying them back
+would make each sample wait for the last.
 """
 
 import numpy as np
@@ -75,7 +77,7 @@ STATIC = 11  # output per volt at rest
 HEADER = 12
 
 
-@njit(cache=True, _nrt=False)
+@njit(cache=True, _nrt=False, forceinline=True)
 def _dot(a: Doubles, x: Doubles, n: int) -> float:
     total = 0.0
     for i in range(n):
@@ -83,7 +85,7 @@ def _dot(a: Doubles, x: Doubles, n: int) -> float:
     return total
 
 
-@njit(cache=True, _nrt=False)
+@njit(cache=True, _nrt=False, forceinline=True)
 def _advance(a: Doubles, b: Doubles, u: float, x: Doubles, n: int, after: Doubles) -> None:
     """Put a x + b u into `after`; a is (n, n) by rows."""
     for i in range(n):
@@ -93,7 +95,7 @@ def _advance(a: Doubles, b: Doubles, u: float, x: Doubles, n: int, after: Double
         after[i] = total
 
 
-@njit(cache=True, _nrt=False)
+@njit(cache=True, _nrt=False, forceinline=True)
 def _effect(numbers: int, places: Integers, k: int, state: int, value: float, context: int) -> float:
     at = PER_EFFECT + 3 * k
     return call_step(places[at], numbers + 8 * places[at + 1], state + 8 * places[at + 2], value, context)
@@ -112,14 +114,13 @@ def _constants(numbers: Doubles, context: Doubles) -> None:
 
 @njit(cache=True, _nrt=False)
 def _inside(
-    numbers_at: int, places: Integers, state_at: int, u: float, load: float, context_at: int, after: int
+    numbers_at: int, places: Integers, state_at: int, u: float, load: float, context_at: int, now_at: int, then_at: int
 ) -> float:
     """Advance the linear states through the effects inside the path; the voltage they leave."""
-    numbers, context, x_next = doubles(numbers_at), doubles(context_at), doubles(after)
-    n = places[STATES]
-    m = places[AWAY_STATES]
-    x = doubles(state_at + 8 * places[STATE_AT])
-    xd = doubles(state_at + 8 * (places[STATE_AT] + n))
+    numbers, context = doubles(numbers_at), doubles(context_at)
+    n, m = places[STATES], places[AWAY_STATES]
+    x, x_next = doubles(now_at + 8 * places[STATE_AT]), doubles(then_at + 8 * places[STATE_AT])
+    xd, xd_next = doubles(now_at + 8 * (places[STATE_AT] + n)), doubles(then_at + 8 * (places[STATE_AT] + n))
     c = doubles(numbers_at + 8 * places[C])
     velocity = doubles(numbers_at + 8 * places[VELOCITY])
     away_c = doubles(numbers_at + 8 * places[AWAY_C])
@@ -127,13 +128,12 @@ def _inside(
     context[STAGE] = 1.0
     context[OUTPUT] = _dot(c, x, n) + _dot(away_c, xd, m)
     context[VELOCITY_NOW] = _dot(velocity, x, n)
-    _advance_away(numbers_at, places, state_at, load, after)
-    loaded = numbers[AWAY_DIRECT_VELOCITY] * load + _dot(away_velocity, xd, m)
+    loaded = numbers[AWAY_DIRECT_VELOCITY] * load + _dot(away_velocity, xd_next, m)
     context[LOAD_VELOCITY] = loaded
     b = doubles(numbers_at + 8 * places[B])
     e = doubles(numbers_at + 8 * places[E])
     _advance(doubles(numbers_at + 8 * places[A]), b, 0.0, x, n, x_next)
-    drift = _dot(c, x_next, n) + (numbers[AWAY_DIRECT] * load + _dot(away_c, xd, m))
+    drift = _dot(c, x_next, n) + (numbers[AWAY_DIRECT] * load + _dot(away_c, xd_next, m))
     drift_velocity = _dot(velocity, x_next, n) + loaded
     for k in range(places[INPUT_END], places[STATE_END]):
         flow = context[INJECTION]
@@ -142,28 +142,26 @@ def _inside(
         u = _effect(numbers_at, places, k, state_at, u, context_at)
     flow = context[INJECTION]
     for i in range(n):
-        x[i] = x_next[i] + b[i] * u + e[i] * flow
+        x_next[i] += b[i] * u + e[i] * flow
     return u
 
 
-@njit(cache=True, _nrt=False)
-def _advance_away(numbers: int, places: Integers, state: int, load: float, after: int) -> None:
-    m = places[AWAY_STATES]
-    xd, xd_next = doubles(state + 8 * (places[STATE_AT] + places[STATES])), doubles(after)
-    _advance(doubles(numbers + 8 * places[AWAY_A]), doubles(numbers + 8 * places[AWAY_B]), load, xd, m, xd_next)
-    for i in range(m):
-        xd[i] = xd_next[i]
-
-
-@njit(cache=True, _nrt=False)
+@njit(cache=True, _nrt=False, forceinline=True)
 def _substep(
-    numbers_at: int, places: Integers, state_at: int, voltage: float, load: float, context_at: int, after: int
+    numbers_at: int,
+    places: Integers,
+    state_at: int,
+    voltage: float,
+    load: float,
+    context_at: int,
+    now_at: int,
+    then_at: int,
 ) -> float:
     """Advance one path by one sub-step; the output above rest at its end, output effects applied."""
     numbers, context = doubles(numbers_at), doubles(context_at)
-    n = places[STATES]
-    m = places[AWAY_STATES]
-    x = doubles(state_at + 8 * places[STATE_AT])
+    n, m = places[STATES], places[AWAY_STATES]
+    x, x_next = doubles(now_at + 8 * places[STATE_AT]), doubles(then_at + 8 * places[STATE_AT])
+    xd, xd_next = doubles(now_at + 8 * (places[STATE_AT] + n)), doubles(then_at + 8 * (places[STATE_AT] + n))
     u = voltage
     if places[EFFECTS] > 0:
         context[RAW_INPUT] = voltage
@@ -172,19 +170,17 @@ def _substep(
         context[STAGE] = 0.0
         for k in range(places[INPUT_END]):
             u = _effect(numbers_at, places, k, state_at, u, context_at)
-    if places[STATE_END] > places[INPUT_END]:
-        u = _inside(numbers_at, places, state_at, u, load, context_at, after)
-    else:
-        if m > 0:
-            _advance_away(numbers_at, places, state_at, load, after)
-        x_next = doubles(after)
-        _advance(doubles(numbers_at + 8 * places[A]), doubles(numbers_at + 8 * places[B]), u, x, n, x_next)
-        for i in range(n):
-            x[i] = x_next[i]
-    y = _dot(doubles(numbers_at + 8 * places[C]), x, n) + numbers[DIRECT] * u
     if m > 0:
-        xd = doubles(state_at + 8 * (places[STATE_AT] + n))
-        y += numbers[AWAY_DIRECT] * load + _dot(doubles(numbers_at + 8 * places[AWAY_C]), xd, m)
+        _advance(
+            doubles(numbers_at + 8 * places[AWAY_A]), doubles(numbers_at + 8 * places[AWAY_B]), load, xd, m, xd_next
+        )
+    if places[STATE_END] > places[INPUT_END]:
+        u = _inside(numbers_at, places, state_at, u, load, context_at, now_at, then_at)
+    else:
+        _advance(doubles(numbers_at + 8 * places[A]), doubles(numbers_at + 8 * places[B]), u, x, n, x_next)
+    y = _dot(doubles(numbers_at + 8 * places[C]), x_next, n) + numbers[DIRECT] * u
+    if m > 0:
+        y += numbers[AWAY_DIRECT] * load + _dot(doubles(numbers_at + 8 * places[AWAY_C]), xd_next, m)
     if places[EFFECTS] > places[STATE_END]:
         context[STAGE] = 2.0
         for k in range(places[STATE_END], places[EFFECTS]):
@@ -211,8 +207,8 @@ def run(
     `timing`: sample time s, sub-steps a sample, 1 to interpolate the measured pressure within a sample (0: hold);
     `state`: sample count, output above rest of each path, then the paths' states; `voltages` (n, 2): load, servo;
     `measured` (n,): pressure in Pa, or empty to drive the disturbance path with the simulated one; `outputs`
-    (n, 2): pressure, position in SI, each at its sample, before that sample's voltages act; `scratch` holds at least
-    as many numbers as a path has states, `context` CONTEXT_SIZE for each path.
+    (n, 2): pressure, position in SI, each at its sample, before that sample's voltages act; `scratch` is as long as
+    `state`, `context` holds CONTEXT_SIZE numbers for each path.
     """
     substeps = int(timing[1])
     h = timing[0] / substeps
@@ -220,7 +216,7 @@ def run(
     n = voltages.shape[0]
     first, second = pressure.ctypes.data, position.ctypes.data
     first_places, second_places = integers(pressure_places.ctypes.data), integers(position_places.ctypes.data)
-    memory, after = state.ctypes.data, scratch.ctypes.data
+    memory, now, then = state.ctypes.data, state.ctypes.data, scratch.ctypes.data
     first_context, second_context = context.ctypes.data, context.ctypes.data + 8 * CONTEXT_SIZE
     for half, path in ((0, pressure), (CONTEXT_SIZE, position)):
         context[half + SUBSTEP] = h
@@ -235,7 +231,7 @@ def run(
             context[TIME] = state[0] * timing[0] + j * h
             context[CONTEXT_SIZE + TIME] = context[TIME]
             before = state[1]
-            state[1] = _substep(first, first_places, memory, voltages[i, 0], before, first_context, after)
+            state[1] = _substep(first, first_places, memory, voltages[i, 0], before, first_context, now, then)
             if measured.size > 0:
                 load = measured[i] - rest
                 if timing[2] > 0.0 and i + 1 < n:
@@ -243,5 +239,11 @@ def run(
             else:
                 # The mean over the sub-step: the simulated pressure moves while the position path integrates it.
                 load = 0.5 * (before + state[1])
-            state[2] = _substep(second, second_places, memory, voltages[i, 1], load, second_context, after)
+            state[2] = _substep(second, second_places, memory, voltages[i, 1], load, second_context, now, then)
+            now, then = then, now
         state[0] += 1.0
+    if now != memory:
+        for places in (pressure_places, position_places):
+            first_state = places[STATE_AT]
+            for i in range(first_state, first_state + places[STATES] + places[AWAY_STATES]):
+                state[i] = scratch[i]

@@ -121,7 +121,7 @@ class PlantModel:
             voltages,
             measured,
             np.zeros(2 * CONTEXT_SIZE),
-            np.zeros(max(self._pressure.size, self._position.size, 1)),
+            np.empty_like(values),
             outputs,
         )
         return _frozen(values), outputs

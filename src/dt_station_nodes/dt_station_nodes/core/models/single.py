@@ -83,7 +83,7 @@ class PathSimulator:
             state[own.state_at : own.state_at + states.size] = states
         load = self.load_pa if len(self.load_pa) else np.full(len(self.voltage_v), self.rest_pa)
         timing = np.array([self.sample_time_s, float(steps), 1.0])
-        scratch = np.zeros(max(pressure.size, position.size, 1))
+        scratch = np.empty_like(state)
 
         def run(voltages: Array, measured: Array) -> Array:
             outputs = np.empty_like(voltages)
