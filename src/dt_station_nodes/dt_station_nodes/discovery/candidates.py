@@ -1,5 +1,6 @@
 """The hypotheses: each effect of the library at each of its places, with the starts its fit begins from."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -74,8 +75,10 @@ def _spectral_peaks(residual: Array, sample_time_s: float, count: int = 3) -> li
 
 def _grid(problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array) -> list[float]:
     parameter = candidate.effect.parameter(name)
-    if candidate.name == "periodic_disturbance" and parameter.quantity is Quantity.FREQUENCY:
-        return _spectral_peaks(residual, problem.simulator.sample_time_s)
+    if parameter.quantity is Quantity.FREQUENCY:
+        peaks = _spectral_peaks(residual, problem.simulator.sample_time_s)
+        # A mode rings where it is, but what drives it colours the residual more.
+        return peaks if candidate.name == "periodic_disturbance" else [*parameter.starts, *peaks[:2]]
     if candidate.name == "cubic_stiffness" and parameter.name == "centre":
         # A run far from mid-stroke most often has its spring where it moves about.
         return [0.0, float(np.mean(problem.measured)) - path.rest]
@@ -134,11 +137,11 @@ def pair_starts(
 def refined_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
     """Paths around a fitted plain form with the optional parameters at every combination of neutral and starts."""
     spec = next(effect for effect in path.effects if effect.name == candidate.name)
-    grids = []
-    for name in candidate.optional:
-        parameter = candidate.effect.parameter(name)
-        values = _grid(problem, path, candidate, name, residual)
-        grids.append(values if len(candidate.optional) > 3 else list(dict.fromkeys([parameter.neutral, *values])))
+    starts = [_grid(problem, path, candidate, name, residual) for name in candidate.optional]
+    neutral = [candidate.effect.parameter(name).neutral for name in candidate.optional]
+    grids = [list(dict.fromkeys([n, *values])) for n, values in zip(neutral, starts, strict=True)]
+    if math.prod(len(grid) for grid in grids) > _MOST_COMBINATIONS:
+        grids = starts
     combinations = list(product(*grids))[:_MOST_COMBINATIONS]
     named = [dict(zip(candidate.optional, c, strict=True)) for c in combinations]
     main = candidate.required[0]

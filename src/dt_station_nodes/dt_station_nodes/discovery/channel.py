@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from ..core.models import PathSpec
 from .candidates import in_vocabulary
 from .choice import ENOUGH_TO_NAME, SEEN, Measure, alternatives, best_set, certain, take_measure
-from .neighbours import distinct, exchange, reduced
+from .neighbours import exchange, reduced
 from .noise import effective_samples, whiteness
+from .parsimony import simplified
 from .problem import Problem
 from .result import Verdict
-from .search import StoppedError, scan
+from .search import StoppedError, distinct, scan
 from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .settings import DiscoverySettings
 from .terms import nominal_terms
@@ -106,6 +107,9 @@ def examine(
         silent = quiet or not measure.seen(null)
         if not silent:
             known += scan(bench, _starting_points(null, nulls[-1]), MOST_SINGLE, FINEST_SINGLE)
+        elif _silent(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:
+            # What shifts a run's phase or size may be an effect as well as a parameter far off.
+            known += scan(bench, [null], MOST, 0)
         # Rough data have few samples and shallow minima: all that is fitted is fitted in its refined form too.
         finest = MOST if bench.rough else FINEST
         for _ in range(0 if silent else settings.max_effects - 1):
@@ -128,14 +132,15 @@ def examine(
         inside = [e for e in known if e.inside and len(e.added) > 1]
         if inside:
             leader = min(inside, key=take_measure(bench, known).score)
-            known = distinct([*known, *exchange(bench, leader, MOST, finest)])
+            known = distinct(bench, [*known, *exchange(bench, leader, MOST, finest)])
         for size in range(settings.max_effects, 1, -1):
             measure = take_measure(bench, known)
             larger = sorted((e for e in known if e.inside and len(e.added) == size), key=measure.score)
-            known = distinct([*known, *reduced(bench, larger[:BEAM])])
+            known = distinct(bench, [*known, *reduced(bench, larger[:BEAM])])
+        known = simplified(bench, known, take_measure(bench, known))
     except KeyboardInterrupt as stop:
         interrupted = True
-        known = distinct([*known, *(stop.found if isinstance(stop, StoppedError) else ())])
+        known = distinct(bench, [*known, *(stop.found if isinstance(stop, StoppedError) else ())])
     return _decide(bench, given, null, known, interrupted)
 
 
@@ -158,7 +163,8 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> 
 
 def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanation], interrupted: bool) -> Finding:
     measure = take_measure(bench, known)
-    best = best_set(null, known, measure) if measure.seen(null) else null
+    refitted = not measure.rough and _silent(bench, given, null, measure) is Verdict.PARAMETERS_ONLY
+    best = best_set(null, known, measure, refitted) if refitted or measure.seen(null) else null
     mine = measure.score(best)
     gap = max(measure.left(null), 1e-9)
     left = measure.left(best)
@@ -185,6 +191,10 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         verdict = Verdict.UNEXPLAINED if rival or unexplained or doubted else Verdict.NAMED
     else:
         verdict = _silent(bench, given, null, measure)
+    instead = alternatives(best, peers, SAME)
+    if verdict is Verdict.PARAMETERS_ONLY:
+        near = [e for behind, e in scored if behind < SAME and e.inside and len(e.added) == 1 and certain(e, measure)]
+        instead = (tuple(dict.fromkeys(e.added[0] for e in near)),)
     return Finding(
         bench.problem,
         verdict,
@@ -193,7 +203,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         best,
         tuple(e for _, e in scored),
         tuple(behind for behind, _ in scored),
-        alternatives(best, peers, SAME),
+        instead,
         float(peers[0][0]) if peers else 0.0,
         float(measure.score(null) - mine),
         float(left / gap) if best.added else 0.0,

@@ -1,19 +1,24 @@
 """Stage 6: which set of effects earns its names, and which names could stand in their place."""
 
+import math
 from dataclasses import dataclass, replace
 
 from ..core.models.effects import registry
 from .problem import Problem
 from .selection import Bench, Explanation, penalised
 
+ENOUGH_INSTEAD = 10.0  # the same over nominal parameters that are far off
+ENOUGH_TO_TELL = 40.0  # the same over the smaller set, on one run
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
 SEEN = 2.0  # times what no one would call a gap: less is none
 ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
+TOGETHER = 3.0  # times as much for a pair of which neither earns its name alone
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
 WORTH_SAYING = 0.004  # one that is worth less than this is the form of the former ones
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.05  # must leave next to nothing of it
+FEWEST_CYCLES = 3.0  # fewer in a run are a drift
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
 
 
@@ -70,25 +75,42 @@ def alternatives(
     return tuple(tuple(names) for names in found)
 
 
-def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> Explanation:
-    """The smallest set of nameable effects that no larger one beats clearly."""
+def best_set(null: Explanation, known: list[Explanation], measure: Measure, refitted: bool = False) -> Explanation:
+    """The smallest set of nameable effects that no larger one beats clearly.
+
+    `refitted`: the null is itself a departure from the given model, which the data reject; an effect is then chosen
+    between two departures, not against none.
+    """
     best = null
     for size in range(1, 1 + max((len(e.added) for e in known), default=0)):
         tier = [e for e in known if e.inside and len(e.added) == size]
         if not tier:
             break
-        leader = next((e for e in sorted(tier, key=measure.score) if certain(e, measure)), None)
-        if leader is None:
+        leader = next((e for e in sorted(tier, key=measure.score) if _stands(best, e, measure)), None)
+        enough = ENOUGH_INSTEAD if refitted and size == 1 else ENOUGH_TO_NAME
+        if size > 1:
+            # A set none of whose parts is worth a word alone has chosen among very many.
+            enough = ROUGH_ENOUGH if measure.rough else enough * (1.0 if best.added else TOGETHER)
+        earned = leader is not None and measure.score(best) - measure.score(leader) >= enough
+        if leader is not None and earned and (not best.added or _adds(best, leader, null, measure)):
+            best = leader
+        elif best.added:
             break
-        won = measure.score(best) - measure.score(leader)
-        enough = ROUGH_ENOUGH if measure.rough and size > 1 else ENOUGH_TO_NAME
-        if won < enough or (size > 1 and not _adds(best, leader, null, measure)):
-            break
-        best = leader
     return best
 
 
+def _stands(best: Explanation, leader: Explanation, measure: Measure) -> bool:
+    if not _sensible(leader, measure.bench.problem):
+        return False
+    return sure(leader, measure) or _told(best, leader, measure)
+
+
 def certain(explanation: Explanation, measure: Measure) -> bool:
+    """Whether an explanation is sure of its effects, and each of these what its name says."""
+    return _sensible(explanation, measure.bench.problem) and sure(explanation, measure)
+
+
+def sure(explanation: Explanation, measure: Measure) -> bool:
     """Whether each effect added has a parameter whose 95 % interval excludes the value that changes nothing.
 
     The shape parameters are held: they trade against the effect's size without making its presence doubtful.
@@ -102,7 +124,7 @@ def certain(explanation: Explanation, measure: Measure) -> bool:
     }
     held = [index for index, parameter in parameters.items() if not parameter.shows_presence]
     covariance = fit.fitted.covariance(samples, len(fit.residual), held)
-    sure = set()
+    found = set()
     for index, parameter in parameters.items():
         if index in held:
             continue
@@ -111,14 +133,31 @@ def certain(explanation: Explanation, measure: Measure) -> bool:
         reach = 1.96 * float(covariance[index, index]) ** 0.5
         neutral = term.to_x(parameter.neutral)
         if abs(float(fit.fitted.x[index]) - neutral) > reach:
-            sure.add(name)
-    if "periodic_disturbance" in explanation.added and _echo(explanation, measure.bench.problem):
+            found.add(name)
+    return all(name in found for name in explanation.added)
+
+
+def _sensible(explanation: Explanation, problem: Problem) -> bool:
+    """Whether each effect is what its name says, and not another one at the end of its range."""
+    if "periodic_disturbance" in explanation.added and not _recurs(explanation, problem):
         return False
     if "dead_zone" in explanation.added and not _about_zero(explanation):
         return False
-    if "asymmetric_gain" in explanation.added and _one_sided(explanation):
+    return not ("asymmetric_gain" in explanation.added and _one_sided(explanation))
+
+
+def _told(best: Explanation, leader: Explanation, measure: Measure) -> bool:
+    """Whether either run tells that the larger set is there, however little it tells of its size."""
+    bench = measure.bench
+    if not set(best.added) <= set(leader.added):
         return False
-    return all(name in sure for name in explanation.added)
+    for problem, before, after in zip(
+        bench.problems, bench.misfits(best, measure.floors), bench.misfits(leader, measure.floors), strict=True
+    ):
+        worth = measure.samples * len(problem.measured) / bench.count
+        if worth * math.log(before / after) > ENOUGH_TO_TELL:
+            return True
+    return False
 
 
 def _one_sided(explanation: Explanation) -> bool:
@@ -133,16 +172,18 @@ def _about_zero(explanation: Explanation) -> bool:
     return abs(band["centre_v"]) <= band["half_width_v"] + 2.0 * band["rounding_v"]
 
 
-def _echo(explanation: Explanation, problem: Problem) -> bool:
-    """Whether a periodic disturbance beats with the excitation: any smooth nonlinearity of a periodic run looks so."""
+def _recurs(explanation: Explanation, problem: Problem) -> bool:
+    """Whether a periodic disturbance comes often enough to be one, and does not beat with the excitation.
+
+    Any smooth nonlinearity of a periodic run looks as if it did.
+    """
     spec = next(e for e in explanation.fit.path.effects if e.name == "periodic_disturbance")
     frequency = spec.parameters["frequency_hz"]
     resolution = 0.5 / (len(problem.measured) * problem.simulator.sample_time_s)
-    for base in problem.excitations_hz:
-        order = round(frequency / base)
-        if 1 <= order <= 5 and abs(frequency - order * base) < resolution:
-            return True
-    return False
+    if frequency < 2.0 * FEWEST_CYCLES * resolution:
+        return False
+    orders = [(base, round(frequency / base)) for base in problem.excitations_hz]
+    return not any(1 <= order <= 5 and abs(frequency - order * base) < resolution for base, order in orders)
 
 
 def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Measure) -> bool:

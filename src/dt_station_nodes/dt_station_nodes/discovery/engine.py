@@ -156,12 +156,14 @@ def _result(
                 NamedEffect(
                     "parameter_mismatch",
                     channel,
-                    confidence(finding, ()),
+                    confidence(finding, finding.alternatives[0]),
                     numbers,
-                    (),
+                    finding.alternatives[0],
                     "refitting the nominal parameters alone brings the gap to the noise floor",
                 )
             )
+            if proposal is None and finding.alternatives[0]:
+                proposal = propose(finding, _instead(finding))
         elif finding.verdict is Verdict.UNEXPLAINED and proposal is None and finding.best.added and not finding.rival:
             proposal = propose(finding, _runners_up(finding))
     verdict = overall([finding.verdict for finding in findings])
@@ -223,6 +225,11 @@ def _same_size(finding: Finding) -> list[Explanation]:
         for e, _ in zip(finding.ranking, finding.scores, strict=True)
         if len(e.added) == len(finding.best.added) and names & set(e.added) and e is not finding.best
     ][:2]
+
+
+def _instead(finding: Finding) -> list[Explanation]:
+    """The effects that could stand where parameters were refitted."""
+    return [e for e in finding.ranking if len(e.added) == 1 and e.added[0] in finding.alternatives[0]][:2]
 
 
 def _runners_up(finding: Finding) -> list[Explanation]:

@@ -41,6 +41,8 @@ def _gram(jacobian: Array) -> Array:
 
 
 def _finite(values: Array) -> Array:
+    if np.isfinite(values).all():
+        return values
     return np.nan_to_num(values, nan=1e8, posinf=1e8, neginf=-1e8)
 
 

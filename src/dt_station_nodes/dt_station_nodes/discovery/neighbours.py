@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from .candidates import hypothesis
+from ..core.models import PathSpec
+from .candidates import Candidate, Freed, hypothesis, refined_starts
 from .hypothesis_fit import fit_hypothesis
 from .search import scan
 from .selection import Bench, Explanation
@@ -20,29 +21,34 @@ def _without(bench: Bench, explanation: Explanation, name: str) -> Explanation:
 
 
 def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanation]:
-    """Each set less each of its effects, the rest fitted on from there: a larger set may have found the way for it."""
+    """Each set less each of its effects, the rest fitted on from there: a larger set may have found the way for it.
+
+    What was taken out may have stood for a refinement of one that stays, so each of these is tried refined too.
+    """
     found = []
     for explanation in explanations:
         for name in explanation.added:
             bare = _without(bench, explanation, name)
             if not bare.added:
                 continue
-            start = hypothesis(bench.problem, bare.fit.path, bench.nominal, bare.freed)
-            fit = fit_hypothesis(bench.problem, start, iterations=bench.iterations)
-            found.append(bench.judged(bench.explained(fit, bare.added, bare.freed)))
+            found.append(_fitted(bench, bare, bare.freed, [bare.fit.path]))
+            for spec in bare.fit.path.effects:
+                candidate = Candidate(spec.name, spec.at)
+                if spec.name not in bare.added or not candidate.optional:
+                    continue
+                freed = {**bare.freed, spec.name: candidate.required + candidate.optional}
+                starts = refined_starts(bench.problem, bare.fit.path, candidate, bare.fit.residual)
+                found.append(_fitted(bench, bare, freed, [bare.fit.path, *starts]))
     return found
+
+
+def _fitted(bench: Bench, bare: Explanation, freed: Freed, paths: list[PathSpec]) -> Explanation:
+    hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
+    starts = [h.start() for h in hypotheses]
+    fit = fit_hypothesis(bench.problem, hypotheses[0], starts, bench.iterations)
+    return bench.judged(bench.explained(fit, bare.added, freed))
 
 
 def exchange(bench: Bench, leader: Explanation, most: int, finest: int) -> list[Explanation]:
     """Every candidate in place of each of a set's effects: the order they were found in may have misled the search."""
     return scan(bench, [_without(bench, leader, name) for name in leader.added], most, finest)
-
-
-def distinct(known: Iterable[Explanation]) -> list[Explanation]:
-    """The best explanation of each set of names, in the order the sets came."""
-    best: dict[tuple[str, ...], Explanation] = {}
-    for explanation in known:
-        key = tuple(sorted(explanation.added))
-        if key not in best or (key and explanation.fit.fitted.cost < best[key].fit.fitted.cost):
-            best[key] = explanation
-    return list(best.values())

@@ -12,6 +12,7 @@ from ..core.models.effects import Attachment, Parameter, Quantity
 from ..core.run import Run
 from .condense import slowest_s
 from .noise import difference_noise
+from .scales import excitations_hz, scales
 from .settings import DiscoverySettings
 from .terms import Term
 from .windows import Windows, make_windows
@@ -57,9 +58,13 @@ class Problem:
     def compare(self, simulated: Array) -> Array:
         """The residual of a simulated output (n,)."""
         limit = 1e3 * (float(np.abs(self.measured).max()) + self.signal)
-        gap = np.clip(np.nan_to_num(self.measured - simulated, nan=limit), -limit, limit)
+        gap = self.measured - simulated
+        sane = np.abs(gap) < limit
+        if sane.all():
+            return np.asarray(self.windows.project(gap) * self.weights)
         # A simulation that runs away is far off everywhere: within a window its offset would be all there is of it.
-        return np.where(np.abs(gap) < limit, self.windows.project(gap), limit) * self.weights
+        gap = np.clip(np.nan_to_num(gap, nan=limit), -limit, limit)
+        return np.where(sane, self.windows.project(gap), limit) * self.weights
 
 
 # A residual below this share of the signal is form error that no one would call a gap.
@@ -92,57 +97,6 @@ def telling_window(measured: Array, sample_time_s: float, noise: float) -> float
             break
         length = min(2.0 * length, longest)
     return length
-
-
-def _scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quantity, float]:
-    voltage = run.signals[channel.voltage_signal]
-    above = run.signals[channel.signal] - path.rest
-    high = max(float(np.quantile(np.abs(voltage), 0.98)), 1e-9)
-    changes = np.abs(np.diff(voltage))
-    output = max(float(np.abs(above).max()), 1e-12)
-    travel = max(float(np.abs(above - above.mean()).max()), 1e-12)
-    velocity = np.abs(np.diff(above)) / run.sample_time_s
-    speed = max(float(np.quantile(velocity, 0.9)), 1e-12)
-    loading = load if len(load) else above
-    load_swing = max(float(np.quantile(np.abs(loading - loading.mean()), 0.9)), 1e-12)
-    return {
-        Quantity.RATIO: 1.0,
-        Quantity.INPUT: high,
-        Quantity.INPUT_RATE: max(float(changes.max()), 1e-3 * high) / run.sample_time_s,
-        Quantity.OUTPUT: output,
-        Quantity.SIGNAL: output,
-        Quantity.PER_OUTPUT: 1.0 / output,
-        Quantity.PER_OUTPUT_SQUARED: 1.0 / output**2,
-        Quantity.PER_OUTPUT_CUBED: 1.0 / output**3,
-        Quantity.VELOCITY: speed,
-        Quantity.TIME: 1.0,
-        Quantity.RATE: 1.0,
-        Quantity.FREQUENCY: 1.0,
-        Quantity.ANGLE: 1.0,
-        Quantity.PER_LOAD: 1.0 / load_swing,
-        Quantity.VELOCITY_PER_LOAD: speed / load_swing,
-        Quantity.INPUT_PER_OUTPUT_CUBED: high / travel**3,
-    }
-
-
-def _excitations(run: Run) -> tuple[float, ...]:
-    """Fundamental frequencies (Hz) of the set-points that move, of voltages where there is no set-point."""
-    found = []
-    for channel in Channel:
-        values = run.get(channel.setpoint_signal)
-        if values is None or not np.isfinite(values).all():
-            values = run.get(channel.voltage_signal)
-        if values is None or not np.ptp(values) > 0.0:
-            continue
-        n = len(values)
-        power = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(n), 4 * n)) ** 2
-        frequencies = np.fft.rfftfreq(4 * n, run.sample_time_s)
-        power[frequencies < 1.5 / (n * run.sample_time_s)] = 0.0
-        peak = int(np.argmax(power))
-        near = np.abs(frequencies - frequencies[peak]) < 3.0 / (n * run.sample_time_s)
-        if power[near].sum() > 0.4 * power.sum():
-            found.append(float(frequencies[peak]))
-    return tuple(found)
 
 
 def _first_velocity(measured: Array, sample_time_s: float, path: PathSpec, samples: int = 12) -> float | None:
@@ -203,8 +157,7 @@ def make_problem(
     windows = make_windows(len(run), run.sample_time_s, window_s, anchored, first=start if anchored else 0)
     weights = np.ones(len(run))
     weights[:start] = 0.0
-    standing = path.rest + 0.0
-    first = float(measured[0])
+    first, standing = float(measured[0]), path.rest
     if not anchored and abs(first - standing) <= 5.0 * noise + 1e-3 * float(np.ptp(measured)):
         first = standing
     elif not anchored:
@@ -224,8 +177,8 @@ def make_problem(
         weights,
         noise,
         float(np.std(compared)),
-        _scales(run, channel, path, load),
-        _excitations(run),
+        scales(run, channel, path, load),
+        excitations_hz(run),
         _inherited(simulator, path, windows),
     )
 

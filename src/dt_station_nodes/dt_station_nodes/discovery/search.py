@@ -37,7 +37,9 @@ class _Task:
 def _glance(bench: Bench, task: _Task) -> _Task:
     """A few steps of the plain form: enough to see which candidates deserve the whole."""
     starts, near, like = _starts(bench, task)
-    fit = fit_hypothesis(bench.problem, like, starts + near, 3, 2)
+    # From the refitted and from the given nominal parameters: a null refit may have bent them to hide the effect.
+    fits = [fit_hypothesis(bench.problem, like, group, 3, 1) for group in (starts, near)]
+    fit = min(fits, key=lambda f: f.fitted.cost)
     return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}))
 
 
@@ -47,7 +49,6 @@ def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypoth
     paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual)
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
-    # A null refit may have bent the nominal parameters far off to hide the effect: begin from the given ones too.
     centres = np.array([term.centre for term in bench.nominal])
     return starts, [np.concatenate([centres, x[len(centres) :]]) for x in starts], hypotheses[0]
 
@@ -139,9 +140,24 @@ def scan(bench: Bench, bases: Iterable[Explanation], most: int, finest: int) -> 
     tasks = [_Task(base, c) for base in bases for c in pool if c.name not in base.added]
     chosen, _ = _best(_each(bench, _glance, tasks), most)
     finer, others = _best(_each(bench, _plain, chosen), finest)
-    best: dict[tuple[str, ...], Explanation] = {}
-    for task in (*_each(bench, _refined, finer), *others):
-        key = tuple(sorted(task.added))
-        if task.seen is not None and (key not in best or task.seen.fit.fitted.cost < best[key].fit.fitted.cost):
-            best[key] = task.seen
-    return sorted(best.values(), key=lambda e: (e.fit.fitted.cost, e.added))
+    found = [task.seen for task in (*_each(bench, _refined, finer), *others) if task.seen is not None]
+    return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
+
+
+def distinct(bench: Bench, known: Iterable[Explanation]) -> list[Explanation]:
+    """The best explanation of each set of names, in the order the sets came.
+
+    An effect at one place may fit a run as well as at another and foretell the next one better.
+    """
+    listed = list(known)
+    if not listed:
+        return []
+    nearest = min(listed, key=lambda e: e.fit.fitted.cost)
+    samples, floors = bench.worth(nearest), bench.floors(nearest)
+    best: dict[tuple[str, ...], tuple[float, Explanation]] = {}
+    for explanation in listed:
+        key = tuple(sorted(explanation.added))
+        score = penalised(bench, explanation, samples, floors)
+        if key not in best or (key and score < best[key][0]):
+            best[key] = (score, explanation)
+    return [explanation for _, explanation in best.values()]

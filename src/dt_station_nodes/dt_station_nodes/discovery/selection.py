@@ -30,8 +30,9 @@ UNUSUAL = {
     # Without voltages inside its band a dead zone only takes off a constant; a bias could as well add one.
     ("bias", "pressure"): 1.4,
     ("cross_coupling", "position"): 16.0,
-    # What a supply cannot exceed is called saturation where it is a pressure.
-    ("overflow", "pressure"): 14.0,
+    # What a supply cannot exceed is as often called saturation where it is a pressure.
+    ("overflow", "pressure"): 4.0,
+    ("saturation", "output"): 5.0,
     # A sensor that lags, waits or rings is rarer than a valve that does.
     ("delay", "output"): 3.0,
     ("extra_lag", "output"): 3.0,
@@ -41,6 +42,12 @@ UNUSUAL = {
     ("periodic_disturbance", "pressure"): 13.0,
     ("periodic_disturbance", "input"): 13.0,
 }
+
+
+# A number whose part in the residual is so small, beside the largest, is out of the run's reach.
+_NOTHING = 1e-12
+# The same against refinements: a rim is sharp, what bends softly is a valve.
+UNUSUAL_FORMS = {("overflow", "rounding"): 6.0}
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,22 +150,33 @@ class Bench:
 
 
 def _spent(fit: Fit) -> int:
-    """Free numbers, less optional ones that the fit left where they change nothing."""
+    """Free numbers, less effects' that change nothing: left where they do not, or out of reach of the run."""
     unused = 0
-    for term in fit.hypothesis.terms:
+    columns = np.abs(fit.fitted.jacobian).max(axis=0, initial=0.0)
+    for index, term in enumerate(fit.hypothesis.terms):
         if term.effect >= 0:
             spec = fit.path.effects[term.effect]
             parameter = registry()[spec.name].parameter(term.name)
             idle = abs(spec.parameters[term.name] - parameter.neutral) <= 1e-9 * term.scale
-            unused += parameter.optional and idle
+            unused += (parameter.optional and idle) or columns[index] <= _NOTHING * columns.max(initial=0.0)
     return fit.freedoms - unused
+
+
+def _unusual(bench: "Bench", path: PathSpec) -> float:
+    """Twice the log prior odds against the places and forms of a path's effects."""
+    found = 0.0
+    for effect in path.effects:
+        found += UNUSUAL.get((effect.name, effect.at.value if effect.at else bench.problem.channel.value), 0.0)
+        for (name, parameter), odds in UNUSUAL_FORMS.items():
+            neutral = registry()[name].parameter(parameter).neutral
+            found += odds * (effect.name == name and effect.parameters[parameter] != neutral)
+    return found
 
 
 def penalised(bench: Bench, explanation: Explanation, samples: float, floors: tuple[float, ...]) -> float:
     """Twice the negative log-likelihood with `samples` effective samples, priors and complexity (BIC) included."""
     fit = explanation.fit
-    places = [(e.name, e.at.value if e.at else bench.problem.channel.value) for e in fit.path.effects]
-    unusual = sum(UNUSUAL.get(place, 0.0) for place in places)
+    unusual = _unusual(bench, fit.path)
     # What held-out blocks say has paid for its freedoms already.
     complexity = unusual + (0.0 if explanation.held else _spent(fit) * np.log(max(samples, 2.0)))
     # Each run with a variance of its own: one waveform on which a form fails does not outweigh another it explains.

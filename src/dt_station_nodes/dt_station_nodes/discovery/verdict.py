@@ -81,7 +81,9 @@ def sentence(
         return text
     if verdict is Verdict.PARAMETERS_ONLY:
         channels = " and ".join(effect.channel.value for effect in effects)
-        return f"No effect is missing: refitted nominal parameters of the {channels} path close the gap."
+        text = f"No effect is missing: refitted nominal parameters of the {channels} path close the gap."
+        others = [f"{a.replace('_', ' ')} in the {e.channel.value} path" for e in effects for a in e.alternatives]
+        return f"{text} So would {' or '.join(others)}." if others else text
     if verdict is Verdict.NOTHING_MISSING:
         return "Nothing is missing: the model agrees with the measurement down to the noise."
     finding = left[0]

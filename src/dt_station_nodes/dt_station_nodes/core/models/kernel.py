@@ -59,7 +59,8 @@ AWAY_C = 12  # (m,)
 AWAY_VELOCITY = 13  # (m,)
 PARAMETERS = 14
 STATE_AT = 15  # offset of the path's linear states in the state; then disturbance states, then effects' memory
-PER_EFFECT = 16  # then three places an effect: address, parameters' offset, memory's offset
+PRESENT = 16  # 0: an absent path, whose steps are spared
+PER_EFFECT = 17  # then three places an effect: address, parameters' offset, memory's offset
 
 # The first numbers of a path.
 DIRECT = 0  # output per volt, at once
@@ -210,10 +211,9 @@ def run(
     (n, 2): pressure, position in SI, each at its sample, before that sample's voltages act; `scratch` is as long as
     `state`, `context` holds CONTEXT_SIZE numbers for each path.
     """
-    substeps = int(timing[1])
+    substeps, n = int(timing[1]), voltages.shape[0]
     h = timing[0] / substeps
     rest = pressure[REST_OUTPUT]
-    n = voltages.shape[0]
     first, second = pressure.ctypes.data, position.ctypes.data
     first_places, second_places = integers(pressure_places.ctypes.data), integers(position_places.ctypes.data)
     memory, now, then = state.ctypes.data, state.ctypes.data, scratch.ctypes.data
@@ -231,19 +231,20 @@ def run(
             context[TIME] = state[0] * timing[0] + j * h
             context[CONTEXT_SIZE + TIME] = context[TIME]
             before = state[1]
-            state[1] = _substep(first, first_places, memory, voltages[i, 0], before, first_context, now, then)
-            if measured.size > 0:
-                load = measured[i] - rest
-                if timing[2] > 0.0 and i + 1 < n:
-                    load += (measured[i + 1] - measured[i]) * ((j + 0.5) / substeps)
-            else:
-                # The mean over the sub-step: the simulated pressure moves while the position path integrates it.
-                load = 0.5 * (before + state[1])
-            state[2] = _substep(second, second_places, memory, voltages[i, 1], load, second_context, now, then)
+            if first_places[PRESENT]:
+                state[1] = _substep(first, first_places, memory, voltages[i, 0], before, first_context, now, then)
+            if second_places[PRESENT]:
+                if measured.size > 0:
+                    load = measured[i] - rest
+                    if timing[2] > 0.0 and i + 1 < n:
+                        load += (measured[i + 1] - measured[i]) * ((j + 0.5) / substeps)
+                else:
+                    # The mean over the sub-step: the simulated pressure moves while the position path integrates it.
+                    load = 0.5 * (before + state[1])
+                state[2] = _substep(second, second_places, memory, voltages[i, 1], load, second_context, now, then)
             now, then = then, now
         state[0] += 1.0
     if now != memory:
         for places in (pressure_places, position_places):
-            first_state = places[STATE_AT]
-            for i in range(first_state, first_state + places[STATES] + places[AWAY_STATES]):
-                state[i] = scratch[i]
+            for i in range(places[STATES] + places[AWAY_STATES]):
+                state[places[STATE_AT] + i] = scratch[places[STATE_AT] + i]

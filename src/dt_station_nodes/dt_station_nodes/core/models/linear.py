@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,15 @@ from .matrix import exponential
 from .spec import Outlet, TransferFunction
 
 Array = NDArray[np.float64]
+
+
+class Coefficients(NamedTuple):
+    """A transfer function as a key, see `TransferFunction`."""
+
+    numerator: tuple[float, ...]
+    denominator: tuple[float, ...]
+    gain: float
+    time_scale: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +59,7 @@ def coefficients_key(transfer: TransferFunction) -> tuple[tuple[float, ...], tup
 
 
 def discretise(
-    transfer: TransferFunction, scale: float, step_s: float, outlet: Outlet | None = Outlet.SLOWEST
+    transfer: TransferFunction | Coefficients, scale: float, step_s: float, outlet: Outlet | None = Outlet.SLOWEST
 ) -> LinearPath:
     """Exact zero-order-hold equivalent over `step_s` of the path times `scale`; its arrays are shared: read only.
 

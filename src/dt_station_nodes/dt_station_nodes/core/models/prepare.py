@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from . import kernel
 from .effects import Attachment, Effect, registry
-from .linear import LinearPath, discretise
+from .layout import NOTHING, LaidOut, lay_out
+from .linear import Coefficients, LinearPath
 from .spec import ModelSpec, PathSpec
 
 Array = NDArray[np.float64]
@@ -22,8 +23,6 @@ FINE_RAD = 0.15
 MOST_SUBSTEPS = 8
 
 _ORDER = (Attachment.INPUT, Attachment.STATE, Attachment.OUTPUT)
-_EMPTY = np.zeros(0)
-_NOTHING = LinearPath(np.zeros((0, 0)), _EMPTY, _EMPTY, 0.0, _EMPTY, _EMPTY, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,48 +68,41 @@ def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath
     """Discretise a path and lay out its numbers; an absent path gives a constant zero."""
     chosen = [] if path is None else [(registry()[e.name], e.parameters, e.at) for e in path.effects]
     stages = sorted(((at or effect.attachment, effect, given) for effect, given, at in chosen), key=_stage)
-    linear = away = _NOTHING
-    if path is not None:
-        inside = any(stage is Attachment.STATE for stage, _, _ in stages)
-        linear = discretise(path, path.scale, step_s, path.outlet if inside else None)
-        if path.disturbance is not None:
-            away = discretise(path.disturbance, path.scale * path.disturbance.input_scale, step_s, None)
-    n, m = linear.b.size, away.b.size
+    attached = [attachment for attachment, _, _ in stages]
+    fixed = NOTHING if path is None else _laid_out(path, step_s, Attachment.STATE in attached)
+    n, m = fixed.linear.b.size, fixed.away_states
 
-    header = np.zeros(kernel.HEADER)
-    header[kernel.DIRECT] = linear.d
-    header[kernel.DIRECT_VELOCITY] = linear.velocity_direct
-    header[kernel.AWAY_DIRECT] = away.d
-    header[kernel.AWAY_DIRECT_VELOCITY] = away.velocity_direct
-    header[kernel.GAIN_VELOCITY] = linear.velocity @ linear.b + linear.velocity_direct
-    header[kernel.GAIN_OUTPUT] = linear.c @ linear.b + linear.d
-    header[kernel.GAIN_INJECTION] = linear.c @ linear.e
-    header[kernel.GAIN_INJECTED_VELOCITY] = linear.velocity @ linear.e
-    header[kernel.DECAY] = linear.outlet_rate
-    header[kernel.INLET_DECAY] = linear.inlet_rate
-    header[kernel.STATIC] = linear.static_gain
-    header[kernel.REST_OUTPUT] = 0.0 if path is None else path.rest
-
-    blocks = [header, linear.a.ravel(), linear.b, linear.e, linear.c, linear.velocity]
-    blocks += [away.a.ravel(), away.b, away.c, away.velocity]
     parameters = [np.array(list(effect.complete(given).values()), dtype=np.float64) for _, effect, given in stages]
-    at = np.cumsum([0, *(block.size for block in (*blocks, *parameters))])
-
     places = np.zeros(kernel.PER_EFFECT + 3 * len(stages), dtype=np.int64)
     places[kernel.STATES], places[kernel.AWAY_STATES] = n, m
-    attached = [attachment for attachment, _, _ in stages]
     places[kernel.INPUT_END] = attached.count(Attachment.INPUT)
     places[kernel.STATE_END] = places[kernel.INPUT_END] + attached.count(Attachment.STATE)
     places[kernel.EFFECTS] = len(stages)
-    places[kernel.A : kernel.PARAMETERS + 1] = at[1 : kernel.PARAMETERS - kernel.A + 2]
+    places[kernel.A : kernel.PARAMETERS + 1] = fixed.at
     places[kernel.STATE_AT] = state_at
-    memory_at = state_at + n + m
-    for k, (_, effect, _) in enumerate(stages):
+    places[kernel.PRESENT] = path is not None
+    numbers_at, memory_at = fixed.numbers.size, state_at + n + m
+    for k, ((_, effect, _), block) in enumerate(zip(stages, parameters, strict=True)):
         place = kernel.PER_EFFECT + 3 * k
-        places[place : place + 3] = effect.step.address, at[len(blocks) + k], memory_at
+        places[place : place + 3] = effect.step.address, numbers_at, memory_at
+        numbers_at += block.size
         memory_at += effect.state_size
-    numbers = np.concatenate([*blocks, *parameters])
-    return PreparedPath(linear, numbers, places, state_at, memory_at - state_at, float(header[kernel.REST_OUTPUT]))
+    numbers = np.concatenate([fixed.numbers, *parameters])
+    rest = 0.0 if path is None else path.rest
+    numbers[kernel.REST_OUTPUT] = rest
+    return PreparedPath(fixed.linear, numbers, places, state_at, memory_at - state_at, rest)
+
+
+def _laid_out(path: PathSpec, step_s: float, inside: bool) -> LaidOut:
+    away = path.disturbance
+    return lay_out(
+        Coefficients(path.numerator, path.denominator, path.gain, path.time_scale),
+        path.scale,
+        None if away is None else Coefficients(away.numerator, away.denominator, away.gain, away.time_scale),
+        1.0 if away is None else path.scale * away.input_scale,
+        step_s,
+        path.outlet if inside else None,
+    )
 
 
 def standing(path: PreparedPath, above: float) -> Array:

@@ -1,12 +1,22 @@
-"""Asymmetric gain: one direction answers more strongly than the other."""
+"""Asymmetric gain: one direction answers more strongly than the other.
 
-from ..compiled import Doubles, effect_step
+On the voltage its sign decides; inside a path the direction of motion does.
+"""
+
+import math
+
+from ...channels import Channel
+from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, STAGE, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    if c[STAGE] > 0.5:
+        return value * (1.0 + p[0] if c[FREE_VELOCITY] > c[LOAD_VELOCITY] else 1.0 - p[0])
     x = value - p[1]
+    if p[2] > 1e-9:
+        return p[1] + x * (1.0 + p[0] * math.tanh(x / p[2]))
     return p[1] + (x * (1.0 + p[0]) if x > 0.0 else x * (1.0 - p[0]))
 
 
@@ -32,8 +42,19 @@ EFFECT = Effect(
             (0.0, 0.3, 0.5, 0.7),
             optional=True,
         ),
+        Parameter(
+            "rounding_v",
+            Quantity.INPUT,
+            "voltage over which the gain goes from one to the other",
+            0.0,
+            1.0,
+            (0.0, 0.1),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Compare speed out and in at the same voltage; compare piston and rod side areas, look for a worn edge.",
     source="differential cylinder: Jelali & Kroll, Hydraulic Servo-systems (2003), 4.3",
+    also=(Attachment.STATE,),
+    also_on=(Channel.POSITION,),
 )

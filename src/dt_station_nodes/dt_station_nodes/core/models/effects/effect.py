@@ -20,6 +20,7 @@ class Quantity(Enum):
 
     RATIO = "1"
     INPUT = "V"
+    INPUT_PEAK = "V, of the highest"
     INPUT_RATE = "V/s"
     OUTPUT = "output"
     SIGNAL = "signal"  # V where the effect sits on the input, else as OUTPUT
@@ -33,6 +34,7 @@ class Quantity(Enum):
     PER_OUTPUT_CUBED = "1/output^3"
     PER_LOAD = "1/Pa"
     VELOCITY_PER_LOAD = "output/(s Pa)"
+    INPUT_PER_OUTPUT = "V/output"
     INPUT_PER_OUTPUT_CUBED = "V/output^3"
 
 
@@ -67,6 +69,8 @@ class Parameter:
         """Unit on a channel, with the channel's own unit in place of `output`."""
         if self.quantity is Quantity.SIGNAL:
             return "V" if at is Attachment.INPUT else channel.unit
+        if self.quantity is Quantity.INPUT_PEAK:
+            return "V"
         return self.quantity.value.replace("output", channel.unit)
 
 

@@ -3,18 +3,29 @@
 import math
 
 from ...channels import Channel
-from ..compiled import INJECTION, LOAD, OUTPUT, REST, Doubles, effect_step
+from ..compiled import INJECTION, LOAD, OUTPUT, REST, SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    coefficient, turbulence, base, sag = p[0], p[1], p[2], p[3]
+    coefficient, turbulence, base, sag, lag = p[0], p[1], p[2], p[3], p[4]
     pressure = c[LOAD] + c[REST] * (1.0 - base)
     laminar = pressure
     # The turbulent law is scaled to meet the laminar one at the rest pressure.
     turbulent = math.copysign(math.sqrt(abs(pressure) * max(c[REST], 1.0)), pressure)
-    c[INJECTION] -= coefficient * ((1.0 - turbulence) * laminar + turbulence * turbulent) + sag * c[OUTPUT]
+    flow = coefficient * ((1.0 - turbulence) * laminar + turbulence * turbulent)
+    if lag > 1e-6:
+        if s[1] == 0.0:
+            s[1] = 1.0
+            s[0] = flow
+        h = c[SUBSTEP]
+        gap = flow - s[0]
+        passed = 1.0 - math.exp(-h / lag)
+        s[0] += passed * gap
+        # The mean over the sub-step.
+        flow -= gap * passed * lag / h
+    c[INJECTION] -= flow + sag * c[OUTPUT]
     return value
 
 
@@ -47,9 +58,20 @@ EFFECT = Effect(
             acts_alone=True,
             tried_first=True,
         ),
+        Parameter(
+            "lag_s",
+            Quantity.TIME,
+            "time constant with which the leak moves the piston, as the trapped oil gives way",
+            0.0,
+            0.5,
+            (0.0, 0.04),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Block the valve, load the piston and watch it creep; look at piston seals and the valve's leakage flow.",
     source="Merritt, Hydraulic Control Systems (1967), 2.2 and 6.2: laminar leakage coefficient",
+    state_size=2,
     channels=(Channel.POSITION,),
+    sub_stepped=True,
 )

@@ -34,7 +34,7 @@ def _below(value: float, limit: float, rounding: float) -> float:
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     limit, rounding, inlet_limit, spill = p[0], p[1], p[2], p[3]
     if c[STAGE] > 1.5:
-        return _below(value, limit, rounding)
+        return p[6] * value + (1.0 - p[6]) * _below(value, limit, rounding)
     if c[INLET_RATE] > 0.0 and c[OUTLET_RATE] > 0.0:
         # What the store before holds, as the output level it would keep up: it drives the output's velocity.
         held = c[OUTPUT] + c[VELOCITY] / c[OUTLET_RATE]
@@ -107,6 +107,15 @@ EFFECT = Effect(
             2.5,
             (1.3,),
             neutral=1.0,
+            optional=True,
+        ),
+        Parameter(
+            "override",
+            Quantity.RATIO,
+            "share of what comes on top that still raises the output, as a relief valve's; at the output only",
+            0.0,
+            0.9,
+            (0.0, 0.1),
             optional=True,
         ),
     ),

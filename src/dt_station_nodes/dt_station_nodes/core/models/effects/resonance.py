@@ -49,9 +49,10 @@ EFFECT = Effect(
             "share of the input that passes through the mode",
             0.0,
             2.0,
-            (1.0,),
+            (1.0, 0.15),
             neutral=1.0,
             optional=True,
+            tried_first=True,
         ),
         Parameter(
             "riding",

@@ -34,20 +34,20 @@ EFFECT = Effect(
     parameters=(
         Parameter(
             "upper_v",
-            Quantity.INPUT,
+            Quantity.INPUT_PEAK,
             "highest voltage that still counts",
             -1.5,
             3.0,
-            (0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 1.3),
+            (-0.1, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 1.3),
             neutral=1e9,
         ),
         Parameter(
             "lower_v",
-            Quantity.INPUT,
+            Quantity.INPUT_PEAK,
             "lowest voltage that still counts",
             -3.0,
             1.5,
-            (-1.3, -0.95, -0.85, -0.7, -0.5, -0.3, -0.15, -0.06),
+            (-1.3, -0.95, -0.85, -0.7, -0.5, -0.3, -0.15, -0.06, 0.1),
             neutral=-1e9,
         ),
         Parameter(

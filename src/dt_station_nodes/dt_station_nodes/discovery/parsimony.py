@@ -1,0 +1,75 @@
+"""Each explanation in its simplest form: refinements that the data do not hold go back to what changes nothing."""
+
+from collections.abc import Iterable
+
+from ..core.models import PathSpec
+from ..core.models.effects import registry
+from .candidates import hypothesis
+from .choice import Measure
+from .hypothesis_fit import fit_hypothesis
+from .selection import Bench, Explanation
+
+# The best few are looked at whatever they are worth: a form bent to one run may fail on the other.
+_BEST = 3
+# Of the others, explanations so far behind cannot come to anything by being simpler.
+_BEHIND = 80.0
+_MOST = 8
+# A refinement that changes nothing goes.
+_SAME = 0.01
+
+
+def _neutral(path: PathSpec, effect: int, name: str) -> PathSpec:
+    """The path with one parameter at the value that changes nothing."""
+    specs = list(path.effects)
+    spec = specs[effect]
+    value = registry()[spec.name].parameter(name).neutral
+    specs[effect] = spec.model_copy(update={"parameters": {**spec.parameters, name: value}})
+    return path.model_copy(update={"effects": tuple(specs)})
+
+
+def _doubtful(explanation: Explanation, measure: Measure) -> list[tuple[int, str]]:
+    """Freed refinements (effect, name), the least sure first."""
+    fit = explanation.fit
+    samples = measure.samples * len(fit.residual) / measure.bench.count
+    covariance = fit.fitted.covariance(samples, len(fit.residual))
+    found = []
+    for index, term in enumerate(fit.hypothesis.terms):
+        if term.effect < 0:
+            continue
+        spec = fit.path.effects[term.effect]
+        parameter = registry()[spec.name].parameter(term.name)
+        if not parameter.optional or spec.parameters[term.name] == parameter.neutral or term.logarithmic:
+            continue
+        away = float(fit.fitted.x[index]) - term.to_x(parameter.neutral)
+        sure = away**2 / max(float(covariance[index, index]), 1e-300)
+        found.append((sure, term.effect, term.name))
+    return [(effect, name) for _, effect, name in sorted(found)]
+
+
+def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explanation | None:
+    """The explanation without one refinement, if that scores better; None where each is worth its place."""
+    for effect, name in _doubtful(explanation, measure):
+        path = _neutral(explanation.fit.path, effect, name)
+        own = path.effects[effect].name
+        freed = {**explanation.freed, own: tuple(p for p in explanation.freed.get(own, ()) if p != name)}
+        fit = fit_hypothesis(bench.problem, hypothesis(bench.problem, path, bench.nominal, freed), iterations=10)
+        found = bench.judged(bench.explained(fit, explanation.added, freed))
+        if measure.score(found) < measure.score(explanation) + _SAME:
+            return found
+    return None
+
+
+def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
+    """What is known, those near the best in their simplest form; in the order they came."""
+    listed = list(known)
+    if bench.rough:
+        return listed
+    ranked = sorted((e for e in listed if e.added), key=measure.score)
+    near = ranked[:_BEST]
+    near += [e for e in ranked[_BEST:_MOST] if measure.score(e) - measure.score(ranked[0]) < _BEHIND]
+    for explanation in near:
+        best, simpler = explanation, _simpler(bench, explanation, measure)
+        while simpler is not None:
+            best, simpler = simpler, _simpler(bench, simpler, measure)
+        listed = [best if e is explanation else e for e in listed]
+    return listed

@@ -1,0 +1,65 @@
+"""What a run spans: the range of each quantity, by which starts and bounds are scaled, and what drives it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.channels import Channel
+from ..core.models import PathSpec
+from ..core.models.effects import Quantity
+from ..core.run import Run
+
+Array = NDArray[np.float64]
+
+
+def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quantity, float]:
+    """The run's range of each quantity; `load` (n,) Pa, empty where none is measured."""
+    voltage = run.signals[channel.voltage_signal]
+    above = run.signals[channel.signal] - path.rest
+    high = max(float(np.quantile(np.abs(voltage), 0.98)), 1e-9)
+    changes = np.abs(np.diff(voltage))
+    output = max(float(np.abs(above).max()), 1e-12)
+    travel = max(float(np.abs(above - above.mean()).max()), 1e-12)
+    velocity = np.abs(np.diff(above)) / run.sample_time_s
+    speed = max(float(np.quantile(velocity, 0.9)), 1e-12)
+    loading = load if len(load) else above
+    load_swing = max(float(np.quantile(np.abs(loading - loading.mean()), 0.9)), 1e-12)
+    return {
+        Quantity.RATIO: 1.0,
+        Quantity.INPUT: high,
+        Quantity.INPUT_PEAK: max(float(np.abs(voltage).max()), 1e-9),
+        Quantity.INPUT_RATE: max(float(changes.max()), 1e-3 * high) / run.sample_time_s,
+        Quantity.OUTPUT: output,
+        Quantity.SIGNAL: output,
+        Quantity.PER_OUTPUT: 1.0 / output,
+        Quantity.PER_OUTPUT_SQUARED: 1.0 / output**2,
+        Quantity.PER_OUTPUT_CUBED: 1.0 / output**3,
+        Quantity.VELOCITY: speed,
+        Quantity.TIME: 1.0,
+        Quantity.RATE: 1.0,
+        Quantity.FREQUENCY: 1.0,
+        Quantity.ANGLE: 1.0,
+        Quantity.PER_LOAD: 1.0 / load_swing,
+        Quantity.VELOCITY_PER_LOAD: speed / load_swing,
+        Quantity.INPUT_PER_OUTPUT: high / travel,
+        Quantity.INPUT_PER_OUTPUT_CUBED: high / travel**3,
+    }
+
+
+def excitations_hz(run: Run) -> tuple[float, ...]:
+    """Fundamental frequencies (Hz) of the set-points that move, of voltages where there is no set-point."""
+    found = []
+    for channel in Channel:
+        values = run.get(channel.setpoint_signal)
+        if values is None or not np.isfinite(values).all():
+            values = run.get(channel.voltage_signal)
+        if values is None or not np.ptp(values) > 0.0:
+            continue
+        n = len(values)
+        power = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(n), 4 * n)) ** 2
+        frequencies = np.fft.rfftfreq(4 * n, run.sample_time_s)
+        power[frequencies < 1.5 / (n * run.sample_time_s)] = 0.0
+        peak = int(np.argmax(power))
+        near = np.abs(frequencies - frequencies[peak]) < 3.0 / (n * run.sample_time_s)
+        if power[near].sum() > 0.4 * power.sum():
+            found.append(float(frequencies[peak]))
+    return tuple(found)
