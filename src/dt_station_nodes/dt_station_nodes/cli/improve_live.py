@@ -176,6 +176,7 @@ def improve_live(
     step = station.sample_time_s
     samples = round(seconds / step)
     rounds: list[dict[str, Any]] = []
+    runs: list[Path] = []
     earlier: Run | None = None
     try:
         with Supervisor(station) as graph, Remote() as remote:
@@ -185,7 +186,8 @@ def improve_live(
                 path = folder / f"run-{number + 1}.csv"
                 write_csv(run, path)
                 result = search(run, spec, earlier, DiscoverySettings(max_effects=2, jobs=jobs))
-                rounds.append({"round": number + 1, "run": path, **result.to_json(), "sentence": result.sentence})
+                runs.append(path)
+                rounds.append({**result.to_json(), "round": number + 1, "table": path, "sentence": result.sentence})
                 say(f"round {number + 1}: {result.sentence}")
                 if _settled(result) or number + 1 == budget:
                     break
@@ -197,7 +199,7 @@ def improve_live(
             after = _live(graph, listener, samples // 2)
     except RunError as error:
         raise Failure(str(error)) from None
-    task = Task(path, None, model, text, rounds[-2]["run"] if len(rounds) > 1 else None, None, 0.0, jobs)
+    task = Task(path, None, model, text, runs[-2] if len(runs) > 1 else None, None, 0.0, jobs)
     write(task, replace(result, run=replace(result.run, source=str(path))), folder)
     live = {c.value: {"before": before[c], "after": after[c], "unit": c.unit} for c in Channel}
     files = {"report": folder / "report.html", "model": folder / "model.yaml", "answer": folder / "discovery.json"}

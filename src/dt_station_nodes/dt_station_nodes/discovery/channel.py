@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .candidates import in_vocabulary
-from .choice import ENOUGH_TO_NAME, SEEN, Measure, alternatives, best_set, certain, take_measure
+from .choice import ENOUGH_TO_NAME, SEEN, Measure, alternatives, best_set, certain, recurring, take_measure
 from .neighbours import exchange, reduced
 from .noise import effective_samples, whiteness
 from .parsimony import simplified
@@ -30,6 +30,7 @@ LEFT_SHARE = 0.06  # of the gap may stay unexplained
 ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise
 REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
+ALIKE = 1.25  # times what the best leaves beyond noise is as good where that is much
 NEEDED = 4.0  # times as much is left by all that does without the set: it is there, if not alone
 DOUBT = 300.0  # a set not believed by itself but so far ahead
 DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
@@ -106,7 +107,9 @@ def examine(
         quiet = measure.left(null) < WORTH_NULL * measure.noise and whiteness(null.fit.residual) < NULL_WHITE
         silent = quiet or not measure.seen(null)
         if not silent:
-            known += scan(bench, _starting_points(null, nulls[-1]), MOST_SINGLE, FINEST_SINGLE)
+            known += recurring(
+                scan(bench, _starting_points(null, nulls[-1]), MOST_SINGLE, FINEST_SINGLE), null, measure
+            )
         elif _silent(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:
             # What shifts a run's phase or size may be an effect as well as a parameter far off.
             known += scan(bench, [null], MOST, 0)
@@ -128,11 +131,11 @@ def examine(
                 and measure.left(inside[0]) > MORE_LEAVES * min(measure.left(e) for e in inside if len(e.added) < size)
             ):
                 break
-            known += scan(bench, inside[: BEAM if size == 1 else 1], MOST, finest)
+            known += recurring(scan(bench, inside[: BEAM if size == 1 else 1], MOST, finest), null, measure)
         inside = [e for e in known if e.inside and len(e.added) > 1]
         if inside:
             leader = min(inside, key=take_measure(bench, known).score)
-            known = distinct(bench, [*known, *exchange(bench, leader, MOST, finest)])
+            known = distinct(bench, [*known, *recurring(exchange(bench, leader, MOST, finest), null, measure)])
         for size in range(settings.max_effects, 1, -1):
             measure = take_measure(bench, known)
             larger = sorted((e for e in known if e.inside and len(e.added) == size), key=measure.score)
@@ -191,7 +194,9 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         verdict = Verdict.UNEXPLAINED if rival or unexplained or doubted else Verdict.NAMED
     else:
         verdict = _silent(bench, given, null, measure)
-    instead = alternatives(best, peers, SAME)
+    # Between forms that both miss as much as they miss of the truth, a likelihood decides nothing.
+    alike = [p for p in peers if left > LEFT_NOISE * measure.noise and measure.left(p[1]) < ALIKE * left]
+    instead = alternatives(best, [p for p in peers if p[0] <= SAME or p in alike])
     if verdict is Verdict.PARAMETERS_ONLY:
         near = [e for behind, e in scored if behind < SAME and e.inside and len(e.added) == 1 and certain(e, measure)]
         instead = (tuple(dict.fromkeys(e.added[0] for e in near)),)

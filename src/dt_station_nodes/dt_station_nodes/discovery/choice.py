@@ -58,14 +58,10 @@ def take_measure(bench: Bench, known: list[Explanation]) -> Measure:
     return Measure(bench, bench.floors(nearest), bench.worth(nearest), bench.rough)
 
 
-def alternatives(
-    best: Explanation, scored: list[tuple[float, Explanation]], limit: float
-) -> tuple[tuple[str, ...], ...]:
-    """For each name of the best set, names that put in its place do as well."""
+def alternatives(best: Explanation, peers: list[tuple[float, Explanation]]) -> tuple[tuple[str, ...], ...]:
+    """For each name of the best set, names that put in its place do as well: those of its `peers`."""
     found: list[list[str]] = [[] for _ in best.added]
-    for behind, other in scored:
-        if behind > limit or other is best or len(other.added) != len(best.added):
-            continue
+    for _, other in peers:
         missing = [name for name in best.added if name not in other.added]
         instead = [name for name in other.added if name not in best.added]
         if len(missing) == 1:
@@ -139,7 +135,7 @@ def sure(explanation: Explanation, measure: Measure) -> bool:
 
 def _sensible(explanation: Explanation, problem: Problem) -> bool:
     """Whether each effect is what its name says, and not another one at the end of its range."""
-    if "periodic_disturbance" in explanation.added and not _recurs(explanation, problem):
+    if any(_at_bound(explanation, index) for index in range(len(explanation.fit.hypothesis.terms))):
         return False
     if "dead_zone" in explanation.added and not _about_zero(explanation):
         return False
@@ -172,18 +168,44 @@ def _about_zero(explanation: Explanation) -> bool:
     return abs(band["centre_v"]) <= band["half_width_v"] + 2.0 * band["rounding_v"]
 
 
-def _recurs(explanation: Explanation, problem: Problem) -> bool:
-    """Whether a periodic disturbance comes often enough to be one, and does not beat with the excitation.
+def _at_bound(explanation: Explanation, index: int) -> bool:
+    """Whether a nominal parameter is as far off as it may be: the effect named then does not explain the run."""
+    term = explanation.fit.hypothesis.terms[index]
+    if term.effect >= 0 or not term.prior or explanation.held:
+        return False
+    low, high = term.bounds
+    x = float(explanation.fit.fitted.x[index])
+    return min(x - low, high - x) < 1e-6 * (high - low)
 
-    Any smooth nonlinearity of a periodic run looks as if it did.
+
+def recurring(found: list[Explanation], null: Explanation, measure: Measure) -> list[Explanation]:
+    """Without those whose periodic disturbance comes too seldom to be one, or beats with the excitation.
+
+    Any smooth nonlinearity of a periodic run looks as if it did. What such a disturbance foretells of a run excited
+    at other frequencies tells the two apart.
     """
+    kept = []
+    for explanation in found:
+        problems = measure.bench.problems
+        if "periodic_disturbance" not in explanation.added or not _beats(explanation, problems[0]):
+            kept.append(explanation)
+        elif len(problems) > 1 and not _beats(explanation, problems[1]):
+            misfits = [measure.bench.misfits(e, measure.floors)[1] for e in (null, explanation)]
+            worth = measure.samples * len(problems[1].measured) / measure.bench.count
+            if worth * math.log(misfits[0] / misfits[1]) > ENOUGH_TO_TELL:
+                kept.append(explanation)
+    return kept
+
+
+def _beats(explanation: Explanation, problem: Problem) -> bool:
+    """Whether a periodic disturbance comes a few times only in a run, or at a frequency that excites it."""
     spec = next(e for e in explanation.fit.path.effects if e.name == "periodic_disturbance")
     frequency = spec.parameters["frequency_hz"]
     resolution = 0.5 / (len(problem.measured) * problem.simulator.sample_time_s)
     if frequency < 2.0 * FEWEST_CYCLES * resolution:
-        return False
+        return True
     orders = [(base, round(frequency / base)) for base in problem.excitations_hz]
-    return not any(1 <= order <= 5 and abs(frequency - order * base) < resolution for base, order in orders)
+    return any(1 <= order <= 5 and abs(frequency - order * base) < resolution for base, order in orders)
 
 
 def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Measure) -> bool:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.errors import StationError
 from ..core.run import Run
-from .noise import quantisation_step
+from .noise import difference_noise, quantisation_step
 
 Array = NDArray[np.float64]
 
@@ -16,6 +16,7 @@ MIN_SAMPLES = 100
 FROZEN_SAMPLES = 8
 WAKES = 4.0
 BEFORE = 30  # samples looked at before such a stretch
+FAINT = 6.0  # times the noise: a channel that moves less was held
 MOVES = 1e-3  # of the voltage's standard deviation
 
 
@@ -96,6 +97,12 @@ def check_channel(run: Run, channel: Channel) -> ChannelCheck:
     excited = swing > 1e-6 * max(1.0, float(np.abs(voltage).max())) and span > 0.0
     if not excited:
         notes.append(f"{channel.value}: the voltage does not move, so nothing about this path can be concluded")
+    elif float(np.std(measured)) < FAINT * difference_noise(measured):
+        excited = False
+        notes.append(
+            f"{channel.value}: it moves by less than {FAINT:g} times its noise, so nothing about this path can be "
+            "concluded; let it move further"
+        )
     limit = span * 1e-9
     top = measured >= measured.max() - limit
     bottom = measured <= measured.min() + limit

@@ -18,6 +18,7 @@ from .hypothesis_fit import Fit, fit_hypothesis
 from .noise import effective_samples, noise_floor
 from .problem import Problem
 from .terms import Hypothesis, Term
+from .unseen import unseen_residual
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -29,7 +30,7 @@ UNUSUAL = {
     ("overflow", "output"): 1.0,
     # Without voltages inside its band a dead zone only takes off a constant; a bias could as well add one.
     ("bias", "pressure"): 1.4,
-    ("cross_coupling", "position"): 16.0,
+    ("cross_coupling", "position"): 8.0,
     # What a supply cannot exceed is as often called saturation where it is a pressure.
     ("overflow", "pressure"): 4.0,
     ("saturation", "output"): 5.0,
@@ -106,7 +107,7 @@ class Bench:
         powers = [float(fit.residual @ fit.residual)]
         unseen = None
         if self.check is not None:
-            unseen = self.check.residual(fit.path)
+            unseen = unseen_residual(self.check, fit.path)
             powers.append(float(unseen @ unseen))
         return Explanation(fit, added, freed, tuple(powers), unseen)
 

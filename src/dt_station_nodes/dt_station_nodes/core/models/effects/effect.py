@@ -34,7 +34,6 @@ class Quantity(Enum):
     PER_OUTPUT_CUBED = "1/output^3"
     PER_LOAD = "1/Pa"
     VELOCITY_PER_LOAD = "output/(s Pa)"
-    INPUT_PER_OUTPUT = "V/output"
     INPUT_PER_OUTPUT_CUBED = "V/output^3"
 
 
