@@ -166,8 +166,7 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> 
 
 def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanation], interrupted: bool) -> Finding:
     measure = take_measure(bench, known)
-    refitted = not measure.rough and _silent(bench, given, null, measure) is Verdict.PARAMETERS_ONLY
-    best = best_set(null, known, measure, refitted) if refitted or measure.seen(null) else null
+    best = best_set(null, known, measure) if measure.seen(null) else null
     mine = measure.score(best)
     gap = max(measure.left(null), 1e-9)
     left = measure.left(best)

@@ -7,7 +7,6 @@ from ..core.models.effects import registry
 from .problem import Problem
 from .selection import Bench, Explanation, penalised
 
-ENOUGH_INSTEAD = 10.0  # the same over nominal parameters that are far off
 ENOUGH_TO_TELL = 40.0  # the same over the smaller set, on one run
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
 SEEN = 2.0  # times what no one would call a gap: less is none
@@ -19,6 +18,8 @@ WORTH_SAYING = 0.004  # one that is worth less than this is the form of the form
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.05  # must leave next to nothing of it
 FEWEST_CYCLES = 3.0  # fewer in a run are a drift
+MOST_DAMPED = 0.42
+QUICKEST_MODE = 0.39  # of the sampling frequency
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
 
 
@@ -71,19 +72,15 @@ def alternatives(best: Explanation, peers: list[tuple[float, Explanation]]) -> t
     return tuple(tuple(names) for names in found)
 
 
-def best_set(null: Explanation, known: list[Explanation], measure: Measure, refitted: bool = False) -> Explanation:
-    """The smallest set of nameable effects that no larger one beats clearly.
-
-    `refitted`: the null is itself a departure from the given model, which the data reject; an effect is then chosen
-    between two departures, not against none.
-    """
+def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> Explanation:
+    """The smallest set of nameable effects that no larger one beats clearly."""
     best = null
     for size in range(1, 1 + max((len(e.added) for e in known), default=0)):
         tier = [e for e in known if e.inside and len(e.added) == size]
         if not tier:
             break
         leader = next((e for e in sorted(tier, key=measure.score) if _stands(best, e, measure)), None)
-        enough = ENOUGH_INSTEAD if refitted and size == 1 else ENOUGH_TO_NAME
+        enough = ENOUGH_TO_NAME
         if size > 1:
             # A set none of whose parts is worth a word alone has chosen among very many.
             enough = ROUGH_ENOUGH if measure.rough else enough * (1.0 if best.added else TOGETHER)
@@ -139,6 +136,8 @@ def _sensible(explanation: Explanation, problem: Problem) -> bool:
         return False
     if "dead_zone" in explanation.added and not _about_zero(explanation):
         return False
+    if "resonance" in explanation.added and not _rings(explanation, problem.simulator.sample_time_s):
+        return False
     return not ("asymmetric_gain" in explanation.added and _one_sided(explanation))
 
 
@@ -154,6 +153,12 @@ def _told(best: Explanation, leader: Explanation, measure: Measure) -> bool:
         if worth * math.log(before / after) > ENOUGH_TO_TELL:
             return True
     return False
+
+
+def _rings(explanation: Explanation, sample_time_s: float) -> bool:
+    """Whether a mode rings: a damped one is a lag under another name, one too quick is what the samples leave out."""
+    mode = next(e for e in explanation.fit.path.effects if e.name == "resonance").parameters
+    return mode["damping"] <= MOST_DAMPED and mode["frequency_hz"] * sample_time_s < QUICKEST_MODE
 
 
 def _one_sided(explanation: Explanation) -> bool:

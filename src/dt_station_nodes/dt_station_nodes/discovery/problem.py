@@ -124,11 +124,12 @@ def _inherited(simulator: PathSimulator, path: PathSpec, windows: Windows) -> fl
     as_given = answer(load)
     hiss = difference_noise(load) * np.random.default_rng(7).standard_normal(len(load))
     noisy = float(np.std(answer(load + hiss) - as_given))
-    # Interpolation errs with the square of the step where the load is smooth, with the step itself at its jumps.
+    # Interpolation errs with the square of the step where the load is smooth, with the step itself at its jumps;
+    # twice that, as the error is no noise but repeats with the load.
     twice, four = (answer(np.interp(count, count[::k], load[::k])) for k in (2, 4))
     coarse, coarser = float(np.std(twice - as_given)), float(np.std(four - twice))
     order = min(max(coarser / max(coarse, 1e-300), 2.0), 4.0)
-    return float(np.hypot(noisy, coarse / (order - 1.0)))
+    return float(np.hypot(noisy, coarse * max(1.0, 2.0 / (order - 1.0))))
 
 
 def _start_samples(path: PathSpec, sample_time_s: float, samples: int) -> int:
