@@ -31,6 +31,8 @@ _RICH = (
     {"shape": "sawtooth", "amplitude": 1.8e6, "offset": 3.0e6, "frequency_hz": 0.2},
 )
 _WAIT_S = 60.0
+# A queue's full depth is heard in a third of this.
+_CATCH_UP_S = 2.0
 # A name surer than this needs no further experiment.
 _SURE = 0.6
 # What an experiment may ask of the station.
@@ -44,11 +46,12 @@ class Listener:
     """Collects samples and residuals from a node that the supervisor spins."""
 
     def __init__(self, node: Any) -> None:
-        self._node = node
-        self._heard: list[Any] = []
+        from dt_station_msgs.msg import PlantState, Residual
+
         self.samples: list[PlantSample] = []
         self.residuals: list[convert.ResidualSample] = []
-        self.begin()
+        node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True)
+        node.create_subscription(Residual, "shadow/residual", self._on_residual, STREAM, raw=True)
 
     def _on_state(self, data: bytes) -> None:
         self.samples.append(convert.state_from_bytes(data))
@@ -56,18 +59,10 @@ class Listener:
     def _on_residual(self, data: bytes) -> None:
         self.residuals.append(convert.residual_from_bytes(data))
 
-    def begin(self) -> None:
-        """Hear what comes from now on: nobody spins while discovery thinks, so the old queues hold the past."""
-        from dt_station_msgs.msg import PlantState, Residual
-
-        for subscription in self._heard:
-            self._node.destroy_subscription(subscription)
+    def clear(self) -> None:
+        """Forget what was heard."""
         self.samples.clear()
         self.residuals.clear()
-        self._heard = [
-            self._node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True),
-            self._node.create_subscription(Residual, "shadow/residual", self._on_residual, STREAM, raw=True),
-        ]
 
     def unbroken(self) -> list[PlantSample]:
         """The latest samples without a gap in their numbers."""
@@ -107,10 +102,21 @@ def _scenario(name: str, model: str, rig: str, pace: str) -> Scenario:
     return given.model_copy(update={"nodes": nodes, "pace": pace, "duration_s": 0.0})
 
 
+def _catch_up(graph: Supervisor, listener: Listener) -> None:
+    """Hear what has piled up while nobody listened: what comes after it was made after the last change."""
+    import time
+
+    end = time.monotonic() + _CATCH_UP_S
+    while time.monotonic() < end:
+        if graph.step(0.05):
+            raise Failure("the station ended before the experiment did")
+    listener.clear()
+
+
 def _collect(graph: Supervisor, listener: Listener, samples: int) -> list[PlantSample]:
     import time
 
-    listener.begin()
+    _catch_up(graph, listener)
     end = time.monotonic() + _WAIT_S + 4.0 * samples * graph.scenario.sample_time_s
     while len(listener.unbroken()) <= samples:
         if graph.step(0.05):
@@ -158,7 +164,7 @@ def as_setpoint(proposal: NextExperiment, path: PathSpec) -> dict[str, Any]:
 
 def _live(graph: Supervisor, listener: Listener, samples: int) -> dict[Channel, float]:
     """RMS of the running twin's gap over as many samples."""
-    listener.begin()
+    _catch_up(graph, listener)
     while len(listener.residuals) < samples:
         if graph.step(0.05):
             raise Failure("the station ended while its live gap was watched")

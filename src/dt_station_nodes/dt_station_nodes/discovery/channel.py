@@ -26,6 +26,7 @@ ENOUGH_TO_REFIT = 12.0
 WORTH_NULL = 0.02  # of the noise power: a white gap smaller than this is not looked into
 NULL_WHITE = 1.8
 SAME = 6.0  # closer candidates are reported as one set
+MOSTLY = 0.5  # of the gap: what leaves more of it is not what is missing
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
 ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise
 REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
@@ -167,6 +168,8 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> 
 def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanation], interrupted: bool) -> Finding:
     measure = take_measure(bench, known)
     best = best_set(null, known, measure) if measure.seen(null) else null
+    if not measure.rough and measure.left(best) > MOSTLY * measure.left(null):
+        best = null
     mine = measure.score(best)
     gap = max(measure.left(null), 1e-9)
     left = measure.left(best)
