@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .candidates import in_vocabulary
-from .choice import ENOUGH_TO_NAME, SEEN, Measure, alternatives, best_set, certain, recurring, take_measure
+from .choice import ENOUGH_TO_NAME, SEEN, WORTH_NOISE, Measure, alternatives, best_set, certain, recurring, take_measure
 from .neighbours import exchange, reduced
 from .noise import effective_samples, whiteness
 from .parsimony import simplified
@@ -37,7 +37,6 @@ DOUBT = 300.0  # a set not believed by itself but so far ahead
 DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
 LEFT_NOISE = 0.2  # and of the noise power
-WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
 WORTH_SHARE = 0.0008  # and more than this of the gap
 NOT_WHITE = 4.0  # times the squared autocorrelation of white noise
 MORE_LEAVES = 0.6  # a third effect is tried only where the second left at most this

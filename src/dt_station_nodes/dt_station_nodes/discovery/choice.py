@@ -14,6 +14,8 @@ ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
 TOGETHER = 3.0  # times as much for a pair of which neither earns its name alone
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
+WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
+BENT = 12.0  # priors of the nominal parameters, twice the log
 WORTH_SAYING = 0.004  # one that is worth less than this is the form of the former ones
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.05  # must leave next to nothing of it
@@ -220,6 +222,11 @@ def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Me
         # Blocks held out can make a null look as bad as one likes: the yardstick is what its own fit leaves.
         own = replace(null, powers=(float(null.fit.residual @ null.fit.residual), *null.powers[1:]))
         return before - after > ROUGH_GAIN * measure.left(own)
+    if before <= WORTH_NOISE * measure.noise:
+        return False
+    if best.fit.penalty - leader.fit.penalty > BENT:
+        # The smaller set explains the run only with nominal parameters far off.
+        return True
     if before < measure.noise and before - after < WORTH_SAYING * measure.left(null):
         return False
     small = before - after < SMALL_SHARE * measure.left(null)

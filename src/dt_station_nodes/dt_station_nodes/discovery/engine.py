@@ -11,6 +11,7 @@ from ..core.run import Run
 from .channel import Finding, examine
 from .condense import condensed
 from .data_checks import check_run
+from .echo import without_echo
 from .next_experiment import propose
 from .noise import difference_noise, effective_samples
 from .polish import carried_over, polished
@@ -80,7 +81,7 @@ def discover(
         if short.note:
             notes.append(short.note)
             finding = carried_over(finding, make_problem(run, spec, check.channel, same, check.frozen), path)
-        finding = polished(finding)
+        finding = without_echo(polished(finding), findings)
         if check.channel in frozen and finding.verdict is not Verdict.UNEXPLAINED:
             finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")
         findings.append(finding)

@@ -1,0 +1,54 @@
+"""Refinements that the data do not hold go; those they need stay."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from cases import Case, make
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.choice import take_measure
+from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.parsimony import simplified
+from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.selection import Bench, Explanation
+from dt_station_nodes.discovery.settings import DiscoverySettings
+from dt_station_nodes.discovery.terms import nominal_terms
+
+MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
+PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
+
+
+def refined(case: Case, name: str, start: dict[str, float]) -> tuple[Bench, Explanation]:
+    """An effect on the position fitted with all its refinements free, from `start`."""
+    problem = make_problem(make(case), PAPER, Channel.POSITION, DiscoverySettings())
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    candidate = Candidate(name)
+    freed = {name: candidate.required + candidate.optional}
+    begin = hypothesis(problem, add_effect(path, candidate, start), bench.nominal, freed)
+    return bench, bench.explained(fit_hypothesis(problem, begin, iterations=15), (name,), freed)
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "kept", "gone"),
+    [
+        ("asymmetric_gain", {"asymmetry": 0.1, "centre_v": 0.1, "rounding_v": 0.1}, "rounding_v", "centre_v"),
+        ("delay", {"delay_s": 0.03, "stretch_per_v": -0.03}, "delay_s", "stretch_per_v"),
+        ("rate_limit", {"rate_v_per_s": 30.0, "softness_s": 0.01, "asymmetry": 0.2}, "rate_v_per_s", "asymmetry"),
+    ],
+)
+def test_refinements_that_the_run_does_not_hold_go(name: str, start: dict[str, float], kept: str, gone: str) -> None:
+    bench, full = refined(Case(((name, "position", 1.0),), "sine", seed=2, seconds=24.0), name, start)
+    measure = take_measure(bench, [full])
+    (simple,) = simplified(bench, [full], measure)
+    parameters = simple.fit.path.effects[-1].parameters
+    assert gone not in simple.freed[name]
+    assert parameters[gone] == 0.0
+    assert parameters[kept] != 0.0
+    assert measure.score(simple) < measure.score(full)
