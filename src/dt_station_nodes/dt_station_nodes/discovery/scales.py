@@ -7,8 +7,12 @@ from ..core.channels import Channel
 from ..core.models import PathSpec
 from ..core.models.effects import Quantity
 from ..core.run import Run
+from .noise import difference_noise
 
 Array = NDArray[np.float64]
+
+# Noise in a voltage, of its standard deviation, by which a holding loop is told from an open one.
+_HELD = 1e-3
 
 
 def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quantity, float]:
@@ -49,9 +53,12 @@ def excitations_hz(run: Run) -> tuple[float, ...]:
     found = []
     for channel in Channel:
         values = run.get(channel.setpoint_signal)
-        if values is None or not np.isfinite(values).all():
+        if values is None or not np.isfinite(values).all() or not np.ptp(values) > 0.0:
             values = run.get(channel.voltage_signal)
-        if values is None or not np.ptp(values) > 0.0:
+            # A loop that holds its place answers what disturbs it, its sensor's noise too; that excites nothing.
+            if values is None or difference_noise(values) > _HELD * float(np.std(values)):
+                continue
+        if not np.ptp(values) > 0.0:
             continue
         n = len(values)
         power = np.abs(np.fft.rfft((values - values.mean()) * np.hanning(n), 4 * n)) ** 2
