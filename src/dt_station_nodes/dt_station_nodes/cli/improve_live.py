@@ -31,7 +31,7 @@ _RICH = (
     {"shape": "sawtooth", "amplitude": 1.8e6, "offset": 3.0e6, "frequency_hz": 0.2},
 )
 _WAIT_S = 60.0
-# A queue's full depth is heard in a third of this.
+# Long enough to hear a queue out that filled up while nobody listened.
 _CATCH_UP_S = 2.0
 # A name surer than this needs no further experiment.
 _SURE = 0.6

@@ -45,10 +45,10 @@ UNUSUAL = {
 }
 
 
-# A number whose part in the residual is so small, beside the largest, is out of the run's reach.
-_NOTHING = 1e-12
 # The same against refinements: a rim is sharp, what bends softly is a valve.
 UNUSUAL_FORMS = {("overflow", "rounding"): 6.0}
+# A number whose part in the residual is so small, beside the largest, is out of the run's reach.
+_NOTHING = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
