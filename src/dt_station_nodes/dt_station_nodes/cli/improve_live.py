@@ -1,26 +1,22 @@
-"""The live part of `dt-station improve`: one running station, experiments, discovery, a new model for its twin."""
+"""The rounds of `dt-station improve`: experiment, discovery, the next experiment, a new model for the running twin."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..core.channels import Channel
-from ..core.models import PathSpec
+from ..core.models import ModelSpec, PathSpec
 from ..core.run import Run
-from ..core.samples import PlantSample
 from ..discovery import DiscoveryResult, DiscoverySettings, NextExperiment, Verdict
 from ..discovery import discover as search
-from ..nodes import convert
-from ..nodes.qos import STREAM
-from ..nodes.remote import Remote
-from ..nodes.scenario import NodeSpec, Scenario
-from ..nodes.supervisor import RunError, Supervisor
+from ..nodes.supervisor import RunError
 from ..records import write_csv
-from .common import Failure, find_config, load_model
+from .common import Failure, load_model
 from .discover_job import Task, write
+from .improve_station import LOOP, RunningStation, shadowed
 
 Say = Callable[[str], None]
 
@@ -30,119 +26,48 @@ _RICH = (
     {"shape": "sine", "amplitude": 1.5e6, "offset": 3.0e6, "frequency_hz": 0.4},
     {"shape": "sawtooth", "amplitude": 1.8e6, "offset": 3.0e6, "frequency_hz": 0.2},
 )
-_WAIT_S = 60.0
-# Long enough to hear a queue out that filled up while nobody listened.
-_CATCH_UP_S = 2.0
 # A name surer than this needs no further experiment.
 _SURE = 0.6
 # What an experiment may ask of the station.
 _SLOWEST_HZ = 0.05
 _STROKE_M = 0.05
 _PRESSURES_PA = (1.2e6, 5.0e6)
-_LOOP = {Channel.PRESSURE: "load", Channel.POSITION: "position"}
 
 
-class Listener:
-    """Collects samples and residuals from a node that the supervisor spins."""
+class Station(Protocol):
+    """What experiments need of a station; see RunningStation."""
 
-    def __init__(self, node: Any) -> None:
-        from dt_station_msgs.msg import PlantState, Residual
+    def experiment(self, samples: int) -> Run:
+        """As many samples in a row, none of them from before the last change."""
 
-        self.samples: list[PlantSample] = []
-        self.residuals: list[convert.ResidualSample] = []
-        node.create_subscription(PlantState, "object/state", self._on_state, STREAM, raw=True)
-        node.create_subscription(Residual, "shadow/residual", self._on_residual, STREAM, raw=True)
+    def play(self, channel: Channel, changes: Mapping[str, Any]) -> dict[str, Any]:
+        """Change a channel's set-point; what plays then."""
 
-    def _on_state(self, data: bytes) -> None:
-        self.samples.append(convert.state_from_bytes(data))
+    def take_model(self, text: str) -> None:
+        """Give the running twin another model."""
 
-    def _on_residual(self, data: bytes) -> None:
-        self.residuals.append(convert.residual_from_bytes(data))
-
-    def clear(self) -> None:
-        """Forget what was heard."""
-        self.samples.clear()
-        self.residuals.clear()
-
-    def unbroken(self) -> list[PlantSample]:
-        """The latest samples without a gap in their numbers."""
-        start = 0
-        for k in range(1, len(self.samples)):
-            if self.samples[k].sequence != self.samples[k - 1].sequence + 1:
-                start = k
-        return self.samples[start:]
+    def gap(self, samples: int, skipped: int = 0) -> dict[Channel, float]:
+        """RMS of the running twin's gap since the last change, in the channel's unit."""
 
 
-def as_run(samples: list[PlantSample], sample_time_s: float, source: str) -> Run:
-    """The run table; a row's voltages are those that the next sample says were applied until it."""
-    rows, following = samples[:-1], samples[1:]
-    signals = {
-        "load_voltage_v": [s.load_voltage_v for s in following],
-        "servo_voltage_v": [s.servo_voltage_v for s in following],
-        "pressure_pa": [s.pressure_pa for s in rows],
-        "position_m": [s.position_m for s in rows],
-    }
-    return Run(sample_time_s, {name: np.asarray(values) for name, values in signals.items()}, source=source)
-
-
-def _scenario(name: str, model: str, rig: str, pace: str) -> Scenario:
-    given = Scenario.load(name)
-    nodes = {key: spec for key, spec in given.nodes.items() if (spec.executable or key) != "recorder"}
-    for key, spec in given.nodes.items():
-        kind = spec.executable or key
-        changes: dict[str, Any] = {}
-        if kind == "twin_simulator":
-            changes = {"model": str(find_config("models", model).resolve()), "feed": "commands"}
-        elif kind == "daq_bridge" and rig:
-            changes = {"backend": "virtual", "backend_options": {"rig": str(find_config("rigs", rig).resolve())}}
-        if changes:
-            nodes[key] = NodeSpec(
-                executable=spec.executable, parameters={**spec.parameters, **changes}, required=spec.required
-            )
-    return given.model_copy(update={"nodes": nodes, "pace": pace, "duration_s": 0.0})
-
-
-def _catch_up(graph: Supervisor, listener: Listener) -> None:
-    """Hear what has piled up while nobody listened: what comes after it was made after the last change."""
-    import time
-
-    end = time.monotonic() + _CATCH_UP_S
-    while time.monotonic() < end:
-        if graph.step(0.05):
-            raise Failure("the station ended before the experiment did")
-    listener.clear()
-
-
-def _collect(graph: Supervisor, listener: Listener, samples: int) -> list[PlantSample]:
-    import time
-
-    _catch_up(graph, listener)
-    end = time.monotonic() + _WAIT_S + 4.0 * samples * graph.scenario.sample_time_s
-    while len(listener.unbroken()) <= samples:
-        if graph.step(0.05):
-            raise Failure("the station ended before the experiment did")
-        if time.monotonic() > end:
-            raise Failure(f"only {len(listener.samples)} of {samples} samples came from the station")
-    return listener.unbroken()[: samples + 1]
-
-
-def _settled(result: DiscoveryResult) -> bool:
+def settled(result: DiscoveryResult) -> bool:
+    """Whether no further experiment is needed."""
     if result.verdict is Verdict.NAMED:
         return not any(effect.alternatives or effect.confidence < _SURE for effect in result.effects)
     return result.verdict is not Verdict.UNEXPLAINED
 
 
-def _play(station: Remote, result: DiscoveryResult, number: int) -> str:
+def play_next(station: Station, result: DiscoveryResult, number: int) -> str:
     """Change a set-point for the next round: to what the proposal's voltage would do, else to what moves much."""
     proposal = result.next_experiment
-    channel, wanted, unit = Channel.PRESSURE, dict(_RICH[number % len(_RICH)]), "Pa"
+    channel, wanted = Channel.PRESSURE, dict(_RICH[number % len(_RICH)])
     if proposal is not None:
-        channel, unit = proposal.channel, proposal.channel.unit
+        channel = proposal.channel
         wanted = as_setpoint(proposal, result.model.paths[channel])
-    playing = station.set_waveform(_LOOP[channel], wanted)
+    playing = station.play(channel, wanted)
     return (
-        f"{_LOOP[channel]} set-point {playing['shape']} of {playing['amplitude']:.3g} {unit} about "
-        f"{playing['offset']:.3g} {unit} at {playing['frequency_hz']:.3g} Hz"
+        f"{LOOP[channel]} set-point {playing['shape']} of {playing['amplitude']:.3g} {channel.unit} about "
+        f"{playing['offset']:.3g} {channel.unit} at {playing['frequency_hz']:.3g} Hz"
     )
 
 
@@ -162,15 +87,29 @@ def as_setpoint(proposal: NextExperiment, path: PathSpec) -> dict[str, Any]:
     return {**played, "amplitude": 0.5 * (high - low), "offset": 0.5 * (high + low)}
 
 
-def _live(graph: Supervisor, listener: Listener, samples: int) -> dict[Channel, float]:
-    """RMS of the running twin's gap over as many samples."""
-    _catch_up(graph, listener)
-    while len(listener.residuals) < samples:
-        if graph.step(0.05):
-            raise Failure("the station ended while its live gap was watched")
-    latest = listener.residuals[-samples:]
-    gaps = {Channel.PRESSURE: [r.pressure[0] for r in latest], Channel.POSITION: [r.position[0] for r in latest]}
-    return {channel: float(np.sqrt(np.mean(np.square(values)))) for channel, values in gaps.items()}
+def experiments(
+    station: Station, spec: ModelSpec, budget: int, samples: int, jobs: int, folder: Path, say: Say
+) -> tuple[list[DiscoveryResult], list[Path]]:
+    """Experiment and discover until settled or `budget` experiments are spent; each answer and its run's table.
+
+    A run is validated on the one before it.
+    """
+    results: list[DiscoveryResult] = []
+    tables: list[Path] = []
+    earlier: Run | None = None
+    for number in range(budget):
+        run = station.experiment(samples)
+        table = folder / f"run-{number + 1}.csv"
+        write_csv(run, table)
+        result = search(run, spec, earlier, DiscoverySettings(max_effects=2, jobs=jobs))
+        results.append(replace(result, run=replace(result.run, source=str(table))))
+        tables.append(table)
+        say(f"round {number + 1}: {result.sentence}")
+        if settled(result) or number + 1 == budget:
+            break
+        earlier = run
+        say(f"next: {play_next(station, result, number)}")
+    return results, tables
 
 
 def improve_live(
@@ -178,35 +117,22 @@ def improve_live(
 ) -> dict[str, Any]:
     """Run it all; the outcome as plain values. Raises Failure and StationError."""
     spec, text = load_model(model)
-    station = _scenario(scenario, model, rig, pace)
-    step = station.sample_time_s
-    samples = round(seconds / step)
-    rounds: list[dict[str, Any]] = []
-    runs: list[Path] = []
-    earlier: Run | None = None
+    wanted = shadowed(scenario, model, rig, pace)
+    samples = round(seconds / wanted.sample_time_s)
     try:
-        with Supervisor(station) as graph, Remote() as remote:
-            listener = Listener(graph.watch.node)
-            for number in range(budget):
-                run = as_run(_collect(graph, listener, samples), step, f"{scenario} round {number + 1}")
-                path = folder / f"run-{number + 1}.csv"
-                write_csv(run, path)
-                result = search(run, spec, earlier, DiscoverySettings(max_effects=2, jobs=jobs))
-                runs.append(path)
-                rounds.append({**result.to_json(), "round": number + 1, "table": path, "sentence": result.sentence})
-                say(f"round {number + 1}: {result.sentence}")
-                if _settled(result) or number + 1 == budget:
-                    break
-                earlier = run
-                say(f"next: {_play(remote, result, number)}")
-            before = _live(graph, listener, samples // 2)
-            remote.set_parameters("twin_simulator", {"model_yaml": result.model.to_yaml()})
-            _live(graph, listener, samples // 4)
-            after = _live(graph, listener, samples // 2)
+        with RunningStation(wanted) as station:
+            results, tables = experiments(station, spec, budget, samples, jobs, folder, say)
+            before = station.gap(samples // 2)
+            station.take_model(results[-1].model.to_yaml())
+            after = station.gap(samples // 2, skipped=samples // 4)
     except RunError as error:
         raise Failure(str(error)) from None
-    task = Task(path, None, model, text, runs[-2] if len(runs) > 1 else None, None, 0.0, jobs)
-    write(task, replace(result, run=replace(result.run, source=str(path))), folder)
+    validation = tables[-2] if len(tables) > 1 else None
+    write(Task(tables[-1], None, model, text, validation, None, 0.0, jobs), results[-1], folder)
+    rounds = [
+        {**result.to_json(), "round": number, "table": table, "sentence": result.sentence}
+        for number, (result, table) in enumerate(zip(results, tables, strict=True), start=1)
+    ]
     live = {c.value: {"before": before[c], "after": after[c], "unit": c.unit} for c in Channel}
     files = {"report": folder / "report.html", "model": folder / "model.yaml", "answer": folder / "discovery.json"}
-    return {"rounds": rounds, "live": live, "verdict": result.verdict.value, "files": files}
+    return {"rounds": rounds, "live": live, "verdict": results[-1].verdict.value, "files": files}

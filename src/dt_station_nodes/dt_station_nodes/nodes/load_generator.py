@@ -67,7 +67,7 @@ class LoadGenerator:
         self._stream = SetpointStream(config.sample_time_s)
         self._state = self._stream.initial_state(config.waveform)
         self._value = config.waveform.offset
-        self._sequence, self._refused = -1, ""
+        self._sequence, self._since, self._refused = -1, 0, ""
         topic = f"{config.channel}/setpoint"
         # readers that ask for history do not match the stream, which is no mistake: the latched writer is for them
         silent = PublisherEventCallbacks(use_default_callbacks=False)
@@ -90,7 +90,9 @@ class LoadGenerator:
     def _apply(self, config: GeneratorConfig) -> None:
         if self._config.enabled and not config.enabled and self._sequence >= 0:
             self._publish_standing(0)
-        self._config = config
+        self._config, self._since = config, self._state.upcoming
+        # whoever asked for it waits to hear from which sample on it plays
+        self._diagnostics.report()
 
     def _on_state(self, data: bytes) -> None:
         sample = convert.state_from_bytes(data)
@@ -102,11 +104,8 @@ class LoadGenerator:
             self._publish(number, sample.stamp_ns)
 
     def _publish(self, number: int, stamp_ns: int) -> None:
-        send(
-            self._node,
-            self._publisher,
-            convert.setpoint_to_bytes(samples.Setpoint(number, stamp_ns, self._value, True)),
-        )
+        setpoint = samples.Setpoint(number, stamp_ns, self._value, True)
+        send(self._node, self._publisher, convert.setpoint_to_bytes(setpoint))
 
     def _publish_standing(self, stamp_ns: int) -> None:
         send(self._node, self._latched, convert.setpoint_to_bytes(samples.Setpoint(0, stamp_ns, self._value, False)))
@@ -132,7 +131,8 @@ class LoadGenerator:
             self._node.get_logger().warning(self._refused)
 
     def _health(self) -> Health:
-        values = {"sequence": self._sequence, "value": self._value, "shape": self._config.waveform.shape.name.lower()}
+        values: dict[str, Any] = {"sequence": self._sequence, "value": self._value, "since": self._since}
+        values["shape"] = self._config.waveform.shape.name.lower()
         if self._refused:
             return Health(Level.WARN, self._refused, values)
         if not self._gate.ready:

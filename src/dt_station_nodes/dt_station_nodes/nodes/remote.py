@@ -82,6 +82,23 @@ class Remote:
             raise RemoteError(f"{name} did not take the waveform{': ' + reason.message if reason else ''}.")
         return wanted
 
+    def play(self, channel: str, changes: Mapping[str, Any]) -> tuple[dict[str, Any], int]:
+        """As `set_waveform`; also the number of the first sample that the waveform is for. Raises RemoteError."""
+        name = self.generator(channel)
+        before = self._await(lambda: self._since(name))
+        playing = self._get(name, _WAVEFORM)
+        wanted = self.set_waveform(channel, changes)
+        if _equal(playing, wanted):
+            return wanted, self._since(name)[0]
+        if not before or not self._await(lambda: self._since(name) != before):
+            raise RemoteError(f"{name} does not say since when its waveform plays.")
+        return wanted, self._since(name)[0]
+
+    def _since(self, generator: str) -> tuple[int, ...]:
+        """From which sample on a generator plays its waveform; empty before its first report."""
+        since = self._watch.observed.value(generator, "since")
+        return () if since is None else (since,)
+
     def set_controller(self, channel: str, changes: Mapping[str, Any]) -> dict[str, Any]:
         """Set parameters of a channel's controller, and of a twin that simulates it. Raises RemoteError."""
         done = self.set_parameters(_CONTROLLER[channel], changes)
