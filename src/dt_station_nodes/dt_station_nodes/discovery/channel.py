@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .candidates import in_vocabulary
-from .choice import ENOUGH_TO_NAME, SEEN, WORTH_NOISE, Measure, alternatives, best_set, certain, recurring, take_measure
-from .neighbours import exchange, reduced
+from .choice import SEEN, Measure, alternatives, best_set, certain, recurring, take_measure
+from .growth import MOST, Growth
 from .noise import effective_samples, whiteness
 from .parsimony import simplified
 from .problem import Problem
@@ -37,12 +37,7 @@ DOUBT = 300.0  # a set not believed by itself but so far ahead
 DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
 LEFT_NOISE = 0.2  # and of the noise power
-WORTH_SHARE = 0.0008  # and more than this of the gap
 NOT_WHITE = 4.0  # times the squared autocorrelation of white noise
-MORE_LEAVES = 0.6  # a third effect is tried only where the second left at most this
-BEAM = 3
-MOST = 12  # candidates fitted of those glanced at,
-FINEST = 4  # and in their refined form too
 MOST_SINGLE = 16
 FINEST_SINGLE = 10
 
@@ -110,36 +105,10 @@ def examine(
             known += recurring(
                 scan(bench, _starting_points(null, nulls[-1]), MOST_SINGLE, FINEST_SINGLE), null, measure
             )
+            Growth(bench, null, known, settings.max_effects).run()
         elif _silent(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:
             # What shifts a run's phase or size may be an effect as well as a parameter far off.
             known += scan(bench, [null], MOST, 0)
-        # Rough data have few samples and shallow minima: all that is fitted is fitted in its refined form too.
-        finest = MOST if bench.rough else FINEST
-        for _ in range(0 if silent else settings.max_effects - 1):
-            measure = take_measure(bench, known)
-            inside = sorted((e for e in known if e.inside and e.added), key=measure.score)
-            # A form outside the vocabulary that leaves nothing ends the search too: more names would only mimic it.
-            left = min(measure.left(e) for e in known)
-            if left <= max(WORTH_NOISE * measure.noise, WORTH_SHARE * measure.left(null)):
-                break
-            if measure.score(null) - measure.score(inside[0]) < ENOUGH_TO_NAME and measure.left(null) < measure.noise:
-                break
-            size = len(inside[0].added)
-            if (
-                not measure.rough
-                and size > 1
-                and measure.left(inside[0]) > MORE_LEAVES * min(measure.left(e) for e in inside if len(e.added) < size)
-            ):
-                break
-            known += recurring(scan(bench, inside[: BEAM if size == 1 else 1], MOST, finest), null, measure)
-        inside = [e for e in known if e.inside and len(e.added) > 1]
-        if inside:
-            leader = min(inside, key=take_measure(bench, known).score)
-            known = distinct(bench, [*known, *recurring(exchange(bench, leader, MOST, finest), null, measure)])
-        for size in range(settings.max_effects, 1, -1):
-            measure = take_measure(bench, known)
-            larger = sorted((e for e in known if e.inside and len(e.added) == size), key=measure.score)
-            known = distinct(bench, [*known, *reduced(bench, larger[:BEAM])])
         known = simplified(bench, known, take_measure(bench, known))
     except KeyboardInterrupt as stop:
         interrupted = True

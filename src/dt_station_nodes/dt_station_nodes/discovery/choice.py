@@ -47,6 +47,13 @@ class Measure:
         """What an explanation leaves beyond noise."""
         return max(self.bench.misfit(explanation, self.floors) - self.noise, 0.0)
 
+    def told(self, before: Explanation, after: Explanation) -> list[float]:
+        """What each run says for one explanation over another: twice the log-likelihood ratio."""
+        bench = self.bench
+        pairs = zip(bench.misfits(before, self.floors), bench.misfits(after, self.floors), strict=True)
+        worths = (self.samples * len(problem.measured) / bench.count for problem in bench.problems)
+        return [worth * math.log(one / other) for worth, (one, other) in zip(worths, pairs, strict=True)]
+
     def seen(self, explanation: Explanation) -> bool:
         """Whether an explanation leaves more than form error and the measured load's errors on any run."""
         for problem, power, floor in zip(self.bench.problems, explanation.powers, self.floors, strict=True):
@@ -134,7 +141,7 @@ def sure(explanation: Explanation, measure: Measure) -> bool:
 
 def _sensible(explanation: Explanation, problem: Problem) -> bool:
     """Whether each effect is what its name says, and not another one at the end of its range."""
-    if any(_at_bound(explanation, index) for index in range(len(explanation.fit.hypothesis.terms))):
+    if any(_at_bound(explanation, index, problem) for index in range(len(explanation.fit.hypothesis.terms))):
         return False
     if "dead_zone" in explanation.added and not _about_zero(explanation):
         return False
@@ -145,16 +152,8 @@ def _sensible(explanation: Explanation, problem: Problem) -> bool:
 
 def _told(best: Explanation, leader: Explanation, measure: Measure) -> bool:
     """Whether either run tells that the larger set is there, however little it tells of its size."""
-    bench = measure.bench
-    if not set(best.added) <= set(leader.added):
-        return False
-    for problem, before, after in zip(
-        bench.problems, bench.misfits(best, measure.floors), bench.misfits(leader, measure.floors), strict=True
-    ):
-        worth = measure.samples * len(problem.measured) / bench.count
-        if worth * math.log(before / after) > ENOUGH_TO_TELL:
-            return True
-    return False
+    nested = set(best.added) <= set(leader.added)
+    return nested and any(told > ENOUGH_TO_TELL for told in measure.told(best, leader))
 
 
 def _rings(explanation: Explanation, sample_time_s: float) -> bool:
@@ -175,10 +174,13 @@ def _about_zero(explanation: Explanation) -> bool:
     return abs(band["centre_v"]) <= band["half_width_v"] + 2.0 * band["rounding_v"]
 
 
-def _at_bound(explanation: Explanation, index: int) -> bool:
+def _at_bound(explanation: Explanation, index: int, problem: Problem) -> bool:
     """Whether a nominal parameter is as far off as it may be: the effect named then does not explain the run."""
     term = explanation.fit.hypothesis.terms[index]
     if term.effect >= 0 or not term.prior or explanation.held:
+        return False
+    if term.name == "disturbance_gain" and problem.standing_load:
+        # A load that stands is a bias under another name, whose size says nothing of the load.
         return False
     low, high = term.bounds
     x = float(explanation.fit.fitted.x[index])
@@ -196,11 +198,10 @@ def recurring(found: list[Explanation], null: Explanation, measure: Measure) -> 
         problems = measure.bench.problems
         if "periodic_disturbance" not in explanation.added or not _beats(explanation, problems[0]):
             kept.append(explanation)
-        elif len(problems) > 1 and not _beats(explanation, problems[1]):
-            misfits = [measure.bench.misfits(e, measure.floors)[1] for e in (null, explanation)]
-            worth = measure.samples * len(problems[1].measured) / measure.bench.count
-            if worth * math.log(misfits[0] / misfits[1]) > ENOUGH_TO_TELL:
-                kept.append(explanation)
+            continue
+        unseen = len(problems) > 1 and not _beats(explanation, problems[1])
+        if unseen and measure.told(null, explanation)[1] > ENOUGH_TO_TELL:
+            kept.append(explanation)
     return kept
 
 

@@ -51,6 +51,12 @@ class Problem:
         """Size of a residual that no one would call a gap, noise apart."""
         return float(np.hypot(NEGLIGIBLE * self.signal, self.inherited))
 
+    @property
+    def standing_load(self) -> bool:
+        """Whether the measured load hardly moves about where it stands."""
+        load = self.simulator.load_pa
+        return bool(len(load)) and float(np.std(load)) < _STANDING * abs(float(np.mean(load)))
+
     def residual(self, path: PathSpec) -> Array:
         """Measured minus simulated, offsets of anchored windows taken out, shape (n,)."""
         return self.compare(self.simulator.simulate(path))
@@ -77,6 +83,7 @@ _TELLING = 100.0
 # A run that does not begin at rest is compared from where its beginning is forgotten, time constants; at most
 # so many seconds, or so much of a long run, twice that where samples are many.
 _FORGOTTEN = 7.0
+_STANDING = 0.05
 _SETTLING_S = 0.4
 _SETTLING_SHARE = 0.05
 _MANY = 2000

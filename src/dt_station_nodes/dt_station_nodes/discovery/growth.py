@@ -1,0 +1,83 @@
+"""Stage 5: sets of effects grown from single ones, exchanged and reduced, until a round finds no other start."""
+
+import numpy as np
+
+from .choice import ENOUGH_TO_NAME, WORTH_NOISE, Measure, recurring, take_measure
+from .neighbours import exchange, reduced
+from .search import distinct, scan
+from .selection import Bench, Explanation
+
+WORTH_SHARE = 0.0008  # of the gap: less is not looked into
+MORE_LEAVES = 0.6  # a third effect is tried only where the second left at most this
+BEAM = 3
+MOST = 12  # candidates fitted of those glanced at,
+FINEST = 4  # and in their refined form too
+_ROUNDS = 2
+_ANEW = 20.0  # a set found so much better than when it was grown from is grown from again
+
+
+class Growth:
+    """Grows `known` in place: what it holds by the time of an interruption stays."""
+
+    def __init__(self, bench: Bench, null: Explanation, known: list[Explanation], most_effects: int) -> None:
+        self._bench, self._null, self._known, self._most_effects = bench, null, known, most_effects
+        # Rough data have few samples and shallow minima: all that is fitted is fitted in its refined form too.
+        self._finest = MOST if bench.rough else FINEST
+        self._grown: dict[tuple[str, ...], Explanation] = {}
+
+    def run(self) -> None:
+        """A larger set may find a better form of a smaller one: then another round grows from that."""
+        for number in range(_ROUNDS):
+            measure = take_measure(self._bench, self._known)
+            leaders = self._leaders(measure)
+            if not leaders or (number and self._old(leaders[0], measure)):
+                break
+            self._extend(1 if number else BEAM)
+            self._exchange()
+            self._reduce()
+
+    def _leaders(self, measure: Measure) -> list[Explanation]:
+        return sorted((e for e in self._known if e.inside and e.added), key=measure.score)
+
+    def _old(self, leader: Explanation, measure: Measure) -> bool:
+        if len(leader.added) >= self._most_effects or not self._worth_more(leader, measure):
+            return True
+        before = self._grown.get(tuple(sorted(leader.added)))
+        return before is not None and measure.score(before) - measure.score(leader) < _ANEW
+
+    def _worth_more(self, leader: Explanation, measure: Measure) -> bool:
+        # A form outside the vocabulary that leaves nothing ends the search too: more names would only mimic it.
+        left, gap = min(measure.left(e) for e in self._known), measure.left(self._null)
+        if left <= max(WORTH_NOISE * measure.noise, WORTH_SHARE * gap):
+            return False
+        return measure.score(self._null) - measure.score(leader) >= ENOUGH_TO_NAME or gap >= measure.noise
+
+    def _extend(self, beam: int) -> None:
+        for _ in range(self._most_effects - 1):
+            measure = take_measure(self._bench, self._known)
+            inside = self._leaders(measure)
+            size = len(inside[0].added)
+            if size >= self._most_effects or not self._worth_more(inside[0], measure):
+                break
+            smaller = [measure.left(e) for e in inside if len(e.added) < size]
+            if not measure.rough and size > 1 and measure.left(inside[0]) > MORE_LEAVES * min(smaller, default=np.inf):
+                break
+            bases = inside[: beam if size == 1 else 1]
+            self._grown.update({tuple(sorted(e.added)): e for e in bases})
+            self._learn(scan(self._bench, bases, MOST, self._finest), measure)
+
+    def _exchange(self) -> None:
+        measure = take_measure(self._bench, self._known)
+        larger = [e for e in self._leaders(measure) if len(e.added) > 1]
+        if larger:
+            self._learn(exchange(self._bench, larger[0], MOST, self._finest), measure)
+            self._known[:] = distinct(self._bench, self._known)
+
+    def _reduce(self) -> None:
+        for size in range(self._most_effects, 1, -1):
+            measure = take_measure(self._bench, self._known)
+            larger = [e for e in self._leaders(measure) if len(e.added) == size]
+            self._known[:] = distinct(self._bench, [*self._known, *reduced(self._bench, larger[:BEAM])])
+
+    def _learn(self, found: list[Explanation], measure: Measure) -> None:
+        self._known += recurring(found, self._null, measure)
