@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 ENOUGH_TO_REFIT = 12.0
 WORTH_NULL = 0.02  # of the noise power: a white gap smaller than this is not looked into
 NULL_WHITE = 1.8
+FAR_OFF = 4.0  # priors of the null's parameters, twice the log: one of them off by 2.6 of their widths
 SAME = 6.0  # closer candidates are reported as one set
 MOSTLY = 0.5  # of the gap: what leaves more of it is not what is missing
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
@@ -100,7 +101,7 @@ def examine(
     try:
         measure = take_measure(bench, known)
         quiet = measure.left(null) < WORTH_NULL * measure.noise and whiteness(null.fit.residual) < NULL_WHITE
-        silent = quiet or not measure.seen(null)
+        silent = (quiet or not measure.seen(null)) and not _bent(null)
         if not silent:
             known += recurring(
                 scan(bench, _starting_points(null, nulls[-1]), MOST_SINGLE, FINEST_SINGLE), null, measure
@@ -114,6 +115,11 @@ def examine(
         interrupted = True
         known = distinct(bench, [*known, *(stop.found if isinstance(stop, StoppedError) else ())])
     return _decide(bench, given, null, known, interrupted)
+
+
+def _bent(null: Explanation) -> bool:
+    """Whether nominal parameters alone explain the run only where they are far off: an effect may hide behind them."""
+    return null.fit.penalty > FAR_OFF
 
 
 def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> Verdict:
@@ -135,8 +141,9 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> 
 
 def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanation], interrupted: bool) -> Finding:
     measure = take_measure(bench, known)
-    best = best_set(null, known, measure) if measure.seen(null) else null
-    if not measure.rough and measure.left(best) > MOSTLY * measure.left(null):
+    seen = measure.seen(null)
+    best = best_set(null, known, measure) if seen or _bent(null) else null
+    if seen and not measure.rough and measure.left(best) > MOSTLY * measure.left(null):
         best = null
     mine = measure.score(best)
     gap = max(measure.left(null), 1e-9)

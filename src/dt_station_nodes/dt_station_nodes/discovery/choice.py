@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from ..core.models.effects import registry
 from .problem import Problem
 from .selection import Bench, Explanation, penalised
+from .sense import sensible
 
 ENOUGH_TO_TELL = 40.0  # the same over the smaller set, on one run
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
@@ -19,10 +20,8 @@ BENT = 12.0  # priors of the nominal parameters, twice the log
 WORTH_SAYING = 0.004  # one that is worth less than this is the form of the former ones
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.05  # must leave next to nothing of it
+EVIDENT = (0.003, 0.02)  # of the signal: RMS that it explains on the run, or else on the validation run
 FEWEST_CYCLES = 3.0  # fewer in a run are a drift
-MOST_DAMPED = 0.42
-QUICKEST_MODE = 0.39  # of the sampling frequency
-MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,14 +101,14 @@ def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> E
 
 
 def _stands(best: Explanation, leader: Explanation, measure: Measure) -> bool:
-    if not _sensible(leader, measure.bench.problem):
+    if not sensible(leader, measure.bench.problem):
         return False
     return sure(leader, measure) or _told(best, leader, measure)
 
 
 def certain(explanation: Explanation, measure: Measure) -> bool:
     """Whether an explanation is sure of its effects, and each of these what its name says."""
-    return _sensible(explanation, measure.bench.problem) and sure(explanation, measure)
+    return sensible(explanation, measure.bench.problem) and sure(explanation, measure)
 
 
 def sure(explanation: Explanation, measure: Measure) -> bool:
@@ -139,52 +138,10 @@ def sure(explanation: Explanation, measure: Measure) -> bool:
     return all(name in found for name in explanation.added)
 
 
-def _sensible(explanation: Explanation, problem: Problem) -> bool:
-    """Whether each effect is what its name says, and not another one at the end of its range."""
-    if any(_at_bound(explanation, index, problem) for index in range(len(explanation.fit.hypothesis.terms))):
-        return False
-    if "dead_zone" in explanation.added and not _about_zero(explanation):
-        return False
-    if "resonance" in explanation.added and not _rings(explanation, problem.simulator.sample_time_s):
-        return False
-    return not ("asymmetric_gain" in explanation.added and _one_sided(explanation))
-
-
 def _told(best: Explanation, leader: Explanation, measure: Measure) -> bool:
     """Whether either run tells that the larger set is there, however little it tells of its size."""
     nested = set(best.added) <= set(leader.added)
     return nested and any(told > ENOUGH_TO_TELL for told in measure.told(best, leader))
-
-
-def _rings(explanation: Explanation, sample_time_s: float) -> bool:
-    """Whether a mode rings: a damped one is a lag under another name, one too quick is what the samples leave out."""
-    mode = next(e for e in explanation.fit.path.effects if e.name == "resonance").parameters
-    return mode["damping"] <= MOST_DAMPED and mode["frequency_hz"] * sample_time_s < QUICKEST_MODE
-
-
-def _one_sided(explanation: Explanation) -> bool:
-    """Whether an asymmetric gain passes next to nothing on one side: that is a limit under another name."""
-    gain = next(e for e in explanation.fit.path.effects if e.name == "asymmetric_gain").parameters
-    return abs(gain["asymmetry"]) > MOST_ASYMMETRIC
-
-
-def _about_zero(explanation: Explanation) -> bool:
-    """Whether a dead zone, its rounded corners included, holds 0 V: a band elsewhere is no valve's overlap."""
-    band = next(e for e in explanation.fit.path.effects if e.name == "dead_zone").parameters
-    return abs(band["centre_v"]) <= band["half_width_v"] + 2.0 * band["rounding_v"]
-
-
-def _at_bound(explanation: Explanation, index: int, problem: Problem) -> bool:
-    """Whether a nominal parameter is as far off as it may be: the effect named then does not explain the run."""
-    term = explanation.fit.hypothesis.terms[index]
-    if term.effect >= 0 or not term.prior or explanation.held:
-        return False
-    if term.name == "disturbance_gain" and problem.standing_load:
-        # A load that stands is a bias under another name, whose size says nothing of the load.
-        return False
-    low, high = term.bounds
-    x = float(explanation.fit.fitted.x[index])
-    return min(x - low, high - x) < 1e-6 * (high - low)
 
 
 def recurring(found: list[Explanation], null: Explanation, measure: Measure) -> list[Explanation]:
@@ -216,8 +173,17 @@ def _beats(explanation: Explanation, problem: Problem) -> bool:
     return any(1 <= order <= 5 and abs(frequency - order * base) < resolution for base, order in orders)
 
 
+def _evident(best: Explanation, leader: Explanation, measure: Measure) -> bool:
+    """Whether the runs themselves show a further effect: what only makes a fit foretell better is its form."""
+    gains = zip(measure.bench.problems, best.powers, leader.powers, strict=True)
+    shown = [(before - after) / len(p.measured) / p.signal**2 for p, before, after in gains]
+    return any(share > least**2 for share, least in zip(shown, EVIDENT, strict=False))
+
+
 def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Measure) -> bool:
     """Whether a further effect is more than the mending of the former ones' form."""
+    if not measure.rough and not _evident(best, leader, measure):
+        return False
     before, after = measure.left(best), measure.left(leader)
     if measure.rough:
         # Blocks held out can make a null look as bad as one likes: the yardstick is what its own fit leaves.

@@ -13,7 +13,7 @@ from .terms import Hypothesis
 
 Array = NDArray[np.float64]
 
-_STEP = 1e-4
+STEP = 1e-4  # of the finite differences, in searched variables
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +70,7 @@ def fit_hypothesis(
         return np.concatenate([gap, _prior((x[held] - centres[held]) / widths[held])])
 
     candidates = [home, *starts] if not starts else list(starts)
-    steps = np.array([_STEP if term.logarithmic or term.prior else 10.0 * _STEP for term in hypothesis.terms])
+    steps = np.array([STEP if term.logarithmic or term.prior else 10.0 * STEP for term in hypothesis.terms])
     if len(candidates) > keep:
         costs = [
             float(np.sum(np.nan_to_num(residuals(np.clip(x, bounds[:, 0], bounds[:, 1])), nan=1e9) ** 2))

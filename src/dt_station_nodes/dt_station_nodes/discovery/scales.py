@@ -44,6 +44,8 @@ def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quan
         Quantity.ANGLE: 1.0,
         Quantity.PER_LOAD: 1.0 / load_swing,
         Quantity.VELOCITY_PER_LOAD: speed / load_swing,
+        Quantity.INPUT_PER_OUTPUT: high / travel,
+        Quantity.INPUT_PER_VELOCITY_SQUARED: high / speed**2,
         Quantity.INPUT_PER_OUTPUT_CUBED: high / travel**3,
     }
 

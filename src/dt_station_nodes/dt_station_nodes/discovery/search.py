@@ -40,7 +40,7 @@ def _glance(bench: Bench, task: _Task) -> _Task:
     # From the refitted and from the given nominal parameters: a null refit may have bent them to hide the effect.
     fits = [fit_hypothesis(bench.problem, like, group, 3, 1) for group in (starts, near)]
     fit = min(fits, key=lambda f: f.fitted.cost)
-    return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}))
+    return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True))
 
 
 def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypothesis]:

@@ -13,6 +13,7 @@ from .candidates import (
     in_vocabulary,
 )
 from .fit import Fitted
+from .foretold import foretold
 from .held_out import held_out_power
 from .hypothesis_fit import Fit, fit_hypothesis
 from .noise import effective_samples, noise_floor
@@ -102,14 +103,16 @@ class Bench:
         """Samples compared, of both runs."""
         return sum(len(p.measured) for p in self.problems)
 
-    def explained(self, fit: Fit, added: tuple[str, ...], freed: Freed) -> "Explanation":
-        """A fit with its residual on the validation run."""
-        powers = [float(fit.residual @ fit.residual)]
-        unseen = None
-        if self.check is not None:
+    def explained(self, fit: Fit, added: tuple[str, ...], freed: Freed, glance: bool = False) -> "Explanation":
+        """A fit with what it leaves of both runs; at a `glance` with its numbers as they are."""
+        left = float(fit.residual @ fit.residual)
+        if self.check is None:
+            return Explanation(fit, added, freed, (left,))
+        if self.rough or glance:
             unseen = unseen_residual(self.check, fit.path)
-            powers.append(float(unseen @ unseen))
-        return Explanation(fit, added, freed, tuple(powers), unseen)
+        else:
+            left, unseen = foretold(self.problem, self.check, fit)
+        return Explanation(fit, added, freed, (left, float(unseen @ unseen)), unseen)
 
     def judged(self, explanation: "Explanation") -> "Explanation":
         """As it is judged: where data are rough, by what it says of blocks held out of the fit."""

@@ -30,6 +30,7 @@ NAMES = (
     "memory",
     "overflow",
     "periodic_disturbance",
+    "quadratic_damping",
     "rate_limit",
     "resonance",
     "saturation",

@@ -11,7 +11,7 @@ from .effect import Attachment, Effect, Parameter, Quantity
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     y = c[OUTPUT] - p[1]
     pressed = math.copysign(max(abs(y) - p[2], 0.0), y)
-    return value - p[0] * pressed * pressed * pressed
+    return value - (p[3] + p[0] * pressed * pressed) * pressed
 
 
 EFFECT = Effect(
@@ -38,6 +38,15 @@ EFFECT = Effect(
             tried_first=True,
         ),
         Parameter("play", Quantity.OUTPUT, "way to either side before it is met", 0.0, 1.0, (0.0, 0.3), optional=True),
+        Parameter(
+            "linear",
+            Quantity.INPUT_PER_OUTPUT,
+            "voltage needed per stroke, besides: the spring's stiffness at its centre",
+            -1.0,
+            1.0,
+            (0.0, 0.1),
+            optional=True,
+        ),
     ),
     step=_step,
     channels=(Channel.POSITION,),

@@ -34,6 +34,8 @@ class Quantity(Enum):
     PER_OUTPUT_CUBED = "1/output^3"
     PER_LOAD = "1/Pa"
     VELOCITY_PER_LOAD = "output/(s Pa)"
+    INPUT_PER_OUTPUT = "V/output"
+    INPUT_PER_VELOCITY_SQUARED = "V s^2/output^2"
     INPUT_PER_OUTPUT_CUBED = "V/output^3"
 
 

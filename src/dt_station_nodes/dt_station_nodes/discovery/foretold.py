@@ -1,0 +1,65 @@
+"""What an explanation leaves of two runs where the second may settle what the first leaves open."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .fit import least_squares
+from .hypothesis_fit import STEP, Fit
+from .problem import Problem
+from .unseen import unseen_residual
+
+Array = NDArray[np.float64]
+
+# Rounds, between which each run's own variance is seen anew, and steps in each.
+_ROUNDS = 2
+_STEPS = 2
+# A number whose part in the residual is so small, beside the largest, is out of the run's reach and stays.
+_NOTHING = 1e-12
+
+
+def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
+    """Sum of squares (unit^2) left of the run, and the residual (n,) left of `check`, which no fit has seen.
+
+    A number that the run hardly holds says little of another run, and its error there is not the effect's. So numbers
+    move where the run's own curvature lets them (recursive least squares); the fit itself stays as it is.
+    """
+    given = unseen_residual(check, fit.path)
+    left = float(fit.residual @ fit.residual)
+    x, jacobian = fit.fitted.x, fit.fitted.jacobian
+    if not len(x):
+        return left, given
+    hypothesis = fit.hypothesis
+    bounds = np.array([term.bounds for term in hypothesis.terms]).reshape(-1, 2)
+    columns = np.abs(jacobian).max(axis=0, initial=0.0)
+    bounds[columns <= _NOTHING * columns.max(initial=0.0)] = x[columns <= _NOTHING * columns.max(initial=0.0), None]
+    steps = np.array([STEP if term.logarithmic or term.prior else 10.0 * STEP for term in hypothesis.terms])
+    curvature = np.linalg.qr(jacobian, mode="r")
+
+    def spread(power: float, of: Problem) -> float:
+        """Standard deviation of a residual, no less than what counts as nothing."""
+        return max(float(np.sqrt(power / len(of.measured))), of.sigma)
+
+    def cost(run: float, other: float) -> float:
+        """Twice the negative log-likelihood, each run with a variance of its own."""
+        return 2.0 * (
+            len(problem.measured) * np.log(spread(run, problem)) + len(check.measured) * np.log(spread(other, check))
+        )
+
+    best = (left, given)
+    at = x
+    for _ in range(_ROUNDS):
+        here = spread(best[0], problem) / problem.sigma
+        there = spread(float(best[1] @ best[1]), check)
+
+        def residuals(moved: Array, here: float = here, there: float = there) -> Array:
+            gap = unseen_residual(check, hypothesis.path_at(moved)) / there
+            return np.concatenate([gap, curvature @ (moved - x) / here])
+
+        at = least_squares(residuals, at, bounds[:, 0], bounds[:, 1], steps, _STEPS).x
+        path = hypothesis.path_at(at)
+        run, other = problem.residual(path), unseen_residual(check, path)
+        found = (float(run @ run), other)
+        if cost(found[0], float(other @ other)) >= cost(best[0], float(best[1] @ best[1])):
+            break
+        best = found
+    return best

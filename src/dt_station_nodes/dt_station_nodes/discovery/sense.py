@@ -1,0 +1,61 @@
+"""Whether the effects of an explanation are what their names say, and not another at the end of its range."""
+
+from ..core.models.effects import Quantity
+from .problem import Problem
+from .selection import Explanation
+
+MOST_DAMPED = 0.42
+LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
+QUICKEST_MODE = 0.39  # of the sampling frequency
+MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
+
+
+def sensible(explanation: Explanation, problem: Problem) -> bool:
+    """Whether each effect is what its name says, and not another one at the end of its range."""
+    if any(_at_bound(explanation, index, problem) for index in range(len(explanation.fit.hypothesis.terms))):
+        return False
+    if "dead_zone" in explanation.added and not _about_zero(explanation):
+        return False
+    if "resonance" in explanation.added and not _rings(explanation, problem.simulator.sample_time_s):
+        return False
+    if "cubic_stiffness" in explanation.added and not _hardens(explanation, problem):
+        return False
+    return not ("asymmetric_gain" in explanation.added and _one_sided(explanation))
+
+
+def _rings(explanation: Explanation, sample_time_s: float) -> bool:
+    """Whether a mode rings: a damped one is a lag under another name, one too quick is what the samples leave out."""
+    mode = next(e for e in explanation.fit.path.effects if e.name == "resonance").parameters
+    return mode["damping"] <= MOST_DAMPED and mode["frequency_hz"] * sample_time_s < QUICKEST_MODE
+
+
+def _one_sided(explanation: Explanation) -> bool:
+    """Whether an asymmetric gain passes next to nothing on one side: that is a limit under another name."""
+    gain = next(e for e in explanation.fit.path.effects if e.name == "asymmetric_gain").parameters
+    return abs(gain["asymmetry"]) > MOST_ASYMMETRIC
+
+
+def _hardens(explanation: Explanation, problem: Problem) -> bool:
+    """Whether a spring's cube is felt within the travel: a linear one is what leaks back, or a pole off zero."""
+    spring = next(e for e in explanation.fit.path.effects if e.name == "cubic_stiffness").parameters
+    travel_squared = problem.scales[Quantity.INPUT_PER_OUTPUT] / problem.scales[Quantity.INPUT_PER_OUTPUT_CUBED]
+    return abs(spring["coefficient"]) * travel_squared > LEAST_CUBE * abs(spring["linear"])
+
+
+def _about_zero(explanation: Explanation) -> bool:
+    """Whether a dead zone, its rounded corners included, holds 0 V: a band elsewhere is no valve's overlap."""
+    band = next(e for e in explanation.fit.path.effects if e.name == "dead_zone").parameters
+    return abs(band["centre_v"]) <= band["half_width_v"] + 2.0 * band["rounding_v"]
+
+
+def _at_bound(explanation: Explanation, index: int, problem: Problem) -> bool:
+    """Whether a nominal parameter is as far off as it may be: the effect named then does not explain the run."""
+    term = explanation.fit.hypothesis.terms[index]
+    if term.effect >= 0 or not term.prior or explanation.held:
+        return False
+    if term.name == "disturbance_gain" and problem.standing_load:
+        # A load that stands is a bias under another name, whose size says nothing of the load.
+        return False
+    low, high = term.bounds
+    x = float(explanation.fit.fitted.x[index])
+    return min(x - low, high - x) < 1e-6 * (high - low)

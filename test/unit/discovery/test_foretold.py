@@ -1,0 +1,95 @@
+"""What the second run may settle: numbers that the first leaves open, and no others."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from cases import Case, make
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.foretold import foretold
+from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.settings import DiscoverySettings
+from dt_station_nodes.discovery.terms import nominal_terms
+from dt_station_nodes.discovery.unseen import unseen_residual
+
+MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
+PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
+SLOW = Case(shape="sine", seed=3, seconds=12.0, noise_db=10.0)
+QUICK = Case(shape="square", seed=4, seconds=24.0, noise_db=60.0)
+
+
+def problem(case: Case) -> Problem:
+    return make_problem(make(case), PAPER, Channel.POSITION, DiscoverySettings())
+
+
+def fitted(run: Problem, name: str, start: dict[str, float]) -> Fit:
+    path = PAPER.paths[Channel.POSITION]
+    candidate = Candidate(name)
+    begin = hypothesis(
+        run,
+        add_effect(path, candidate, start),
+        nominal_terms(path, run.signal),
+        {name: candidate.required},
+    )
+    return fit_hypothesis(run, begin, iterations=15)
+
+
+def rms(residual: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(residual**2)))
+
+
+@pytest.fixture(scope="module")
+def lagging() -> tuple[Problem, Problem, Fit]:
+    """A lag that a slow noisy run holds loosely, and a run of square waves that shows it well."""
+    effects = (("extra_lag", "position", 1.0),)
+    run, check = (
+        problem(Case(effects, case.shape, seed=case.seed, seconds=case.seconds, noise_db=case.noise_db))
+        for case in (SLOW, QUICK)
+    )
+    return run, check, fitted(run, "extra_lag", {"time_constant_s": 0.02})
+
+
+def test_what_the_run_leaves_open_is_not_held_against_an_effect(lagging: tuple[Problem, Problem, Fit]) -> None:
+    run, check, fit = lagging
+    power, left = foretold(run, check, fit)
+    assert rms(left) < 0.5 * rms(unseen_residual(check, fit.path))
+    assert rms(left) < 3.0 * check.noise
+    # and the run goes along: the numbers moved within what its noise allows
+    own = float(fit.residual @ fit.residual)
+    assert power < own * (1.0 + 10.0 * fit.freedoms / len(run.measured))
+
+
+def test_the_fit_itself_stays_as_it_is(lagging: tuple[Problem, Problem, Fit]) -> None:
+    run, check, fit = lagging
+    before = fit.fitted.x.copy(), fit.path
+    foretold(run, check, fit)
+    assert np.array_equal(fit.fitted.x, before[0])
+    assert fit.path == before[1]
+
+
+def test_what_the_run_holds_does_not_bend() -> None:
+    """The run says that there is no bias to 1 mV or so; one in the other run stays a gap."""
+    run = problem(Case(shape="sine", seed=5, seconds=24.0, noise_db=50.0))
+    check = problem(Case((("bias", "position", 1.0),), "square", seed=6, seconds=24.0, noise_db=50.0))
+    fit = fitted(run, "bias", {"bias_v": 0.0})
+    _, left = foretold(run, check, fit)
+    assert rms(left) > 0.7 * rms(unseen_residual(check, fit.path))
+    assert rms(left) > 3.0 * check.noise
+
+
+def test_a_fit_without_free_numbers_is_taken_as_it_is(lagging: tuple[Problem, Problem, Fit]) -> None:
+    run, check, _ = lagging
+    path = PAPER.paths[Channel.POSITION]
+    begin = hypothesis(run, path, (), {})
+    fit = fit_hypothesis(run, begin, iterations=0)
+    power, left = foretold(run, check, fit)
+    assert power == float(fit.residual @ fit.residual)
+    assert np.array_equal(left, unseen_residual(check, path))
