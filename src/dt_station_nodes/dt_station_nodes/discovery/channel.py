@@ -25,7 +25,6 @@ Array = NDArray[np.float64]
 ENOUGH_TO_REFIT = 12.0
 WORTH_NULL = 0.02  # of the noise power: a white gap smaller than this is not looked into
 NULL_WHITE = 1.8
-FAR_OFF = 4.0  # priors of the null's parameters, twice the log: one of them off by 2.6 of their widths
 SAME = 6.0  # closer candidates are reported as one set
 MOSTLY = 0.5  # of the gap: what leaves more of it is not what is missing
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
@@ -37,6 +36,7 @@ NEEDED = 4.0  # times as much is left by all that does without the set: it is th
 DOUBT = 300.0  # a set not believed by itself but so far ahead
 DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
+LITTLE = 0.08  # of the noise power: a name that leaves no more gives way only to what is clearly better
 LEFT_NOISE = 0.2  # and of the noise power
 NOT_WHITE = 4.0  # times the squared autocorrelation of white noise
 MOST_SINGLE = 16
@@ -101,7 +101,7 @@ def examine(
     try:
         measure = take_measure(bench, known)
         quiet = measure.left(null) < WORTH_NULL * measure.noise and whiteness(null.fit.residual) < NULL_WHITE
-        silent = (quiet or not measure.seen(null)) and not _bent(null)
+        silent = (quiet or not measure.seen(null)) and not measure.bent(null)
         if not silent:
             known += recurring(
                 scan(bench, _starting_points(null, nulls[-1]), MOST_SINGLE, FINEST_SINGLE), null, measure
@@ -115,11 +115,6 @@ def examine(
         interrupted = True
         known = distinct(bench, [*known, *(stop.found if isinstance(stop, StoppedError) else ())])
     return _decide(bench, given, null, known, interrupted)
-
-
-def _bent(null: Explanation) -> bool:
-    """Whether nominal parameters alone explain the run only where they are far off: an effect may hide behind them."""
-    return null.fit.penalty > FAR_OFF
 
 
 def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> Verdict:
@@ -142,7 +137,7 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> 
 def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanation], interrupted: bool) -> Finding:
     measure = take_measure(bench, known)
     seen = measure.seen(null)
-    best = best_set(null, known, measure) if seen or _bent(null) else null
+    best = best_set(null, known, measure) if seen or measure.bent(null) else null
     if seen and not measure.rough and measure.left(best) > MOSTLY * measure.left(null):
         best = null
     mine = measure.score(best)
@@ -152,7 +147,8 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     rival = ""
     peers: list[tuple[float, Explanation]] = []
     if best.added:
-        ahead = [e for behind, e in scored if not e.inside and behind < -SAME and len(e.added) <= len(best.added)]
+        far = SAME if left > LITTLE * measure.noise else 2.0 * SAME
+        ahead = [e for behind, e in scored if not e.inside and behind < -far and len(e.added) <= len(best.added)]
         if ahead:
             rival = next(name for name in ahead[0].added if not in_vocabulary(name))
         rivals = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]

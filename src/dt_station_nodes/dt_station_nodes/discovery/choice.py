@@ -11,6 +11,7 @@ from .sense import sensible
 ENOUGH_TO_TELL = 40.0  # the same over the smaller set, on one run
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
 SEEN = 2.0  # times what no one would call a gap: less is none
+FAR_OFF = 4.0  # priors of the nominal parameters, twice the log: one of them off by 2.6 of their widths
 ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
 TOGETHER = 3.0  # times as much for a pair of which neither earns its name alone
@@ -52,6 +53,10 @@ class Measure:
         pairs = zip(bench.misfits(before, self.floors), bench.misfits(after, self.floors), strict=True)
         worths = (self.samples * len(problem.measured) / bench.count for problem in bench.problems)
         return [worth * math.log(one / other) for worth, (one, other) in zip(worths, pairs, strict=True)]
+
+    def bent(self, explanation: Explanation) -> bool:
+        """Whether nominal parameters are so far off that a further effect may hide behind them."""
+        return not self.rough and explanation.fit.penalty > FAR_OFF
 
     def seen(self, explanation: Explanation) -> bool:
         """Whether an explanation leaves more than form error and the measured load's errors on any run."""
@@ -182,18 +187,16 @@ def _evident(best: Explanation, leader: Explanation, measure: Measure) -> bool:
 
 def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Measure) -> bool:
     """Whether a further effect is more than the mending of the former ones' form."""
-    if not measure.rough and not _evident(best, leader, measure):
-        return False
     before, after = measure.left(best), measure.left(leader)
     if measure.rough:
         # Blocks held out can make a null look as bad as one likes: the yardstick is what its own fit leaves.
         own = replace(null, powers=(float(null.fit.residual @ null.fit.residual), *null.powers[1:]))
         return before - after > ROUGH_GAIN * measure.left(own)
-    if before <= WORTH_NOISE * measure.noise:
-        return False
     if best.fit.penalty - leader.fit.penalty > BENT:
         # The smaller set explains the run only with nominal parameters far off.
         return True
+    if before <= WORTH_NOISE * measure.noise or not _evident(best, leader, measure):
+        return False
     if before < measure.noise and before - after < WORTH_SAYING * measure.left(null):
         return False
     small = before - after < SMALL_SHARE * measure.left(null)

@@ -48,7 +48,7 @@ class Growth:
     def _worth_more(self, leader: Explanation, measure: Measure) -> bool:
         # A form outside the vocabulary that leaves nothing ends the search too: more names would only mimic it.
         left, gap = min(measure.left(e) for e in self._known), measure.left(self._null)
-        if left <= max(WORTH_NOISE * measure.noise, WORTH_SHARE * gap):
+        if not measure.bent(leader) and left <= max(WORTH_NOISE * measure.noise, WORTH_SHARE * gap):
             return False
         return measure.score(self._null) - measure.score(leader) >= ENOUGH_TO_NAME or gap >= measure.noise
 

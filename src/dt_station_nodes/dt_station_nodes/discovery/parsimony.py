@@ -1,4 +1,4 @@
-"""Each explanation in its simplest form: refinements that the data do not hold go back to what changes nothing."""
+"""Each explanation in its simplest form: refinements that the data do not hold go back to a plain value."""
 
 from collections.abc import Iterable
 
@@ -18,17 +18,16 @@ _MOST = 8
 _SAME = 0.01
 
 
-def _neutral(path: PathSpec, effect: int, name: str) -> PathSpec:
-    """The path with one parameter at the value that changes nothing."""
+def _set(path: PathSpec, effect: int, name: str, value: float) -> PathSpec:
+    """The path with one parameter at a value."""
     specs = list(path.effects)
     spec = specs[effect]
-    value = registry()[spec.name].parameter(name).neutral
     specs[effect] = spec.model_copy(update={"parameters": {**spec.parameters, name: value}})
     return path.model_copy(update={"effects": tuple(specs)})
 
 
-def _doubtful(explanation: Explanation, measure: Measure) -> list[tuple[int, str]]:
-    """Freed refinements (effect, name), the least sure first."""
+def _doubtful(explanation: Explanation, measure: Measure) -> list[tuple[int, str, float]]:
+    """Freed refinements (effect, name) and a plain value for each, the least sure to be off it first."""
     fit = explanation.fit
     samples = measure.samples * len(fit.residual) / measure.bench.count
     covariance = fit.fitted.covariance(samples, len(fit.residual))
@@ -40,16 +39,17 @@ def _doubtful(explanation: Explanation, measure: Measure) -> list[tuple[int, str
         parameter = registry()[spec.name].parameter(term.name)
         if not parameter.optional or spec.parameters[term.name] == parameter.neutral or term.logarithmic:
             continue
-        away = float(fit.fitted.x[index]) - term.to_x(parameter.neutral)
-        sure = away**2 / max(float(covariance[index, index]), 1e-300)
-        found.append((sure, term.effect, term.name))
-    return [(effect, name) for _, effect, name in sorted(found)]
+        for value in (parameter.neutral, *parameter.usual):
+            away = float(fit.fitted.x[index]) - term.to_x(value)
+            sure = away**2 / max(float(covariance[index, index]), 1e-300)
+            found.append((sure, term.effect, term.name, value))
+    return [(effect, name, value) for _, effect, name, value in sorted(found)]
 
 
 def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explanation | None:
     """The explanation without one refinement, if that scores better; None where each is worth its place."""
-    for effect, name in _doubtful(explanation, measure):
-        path = _neutral(explanation.fit.path, effect, name)
+    for effect, name, value in _doubtful(explanation, measure):
+        path = _set(explanation.fit.path, effect, name, value)
         own = path.effects[effect].name
         freed = {**explanation.freed, own: tuple(p for p in explanation.freed.get(own, ()) if p != name)}
         fit = fit_hypothesis(bench.problem, hypothesis(bench.problem, path, bench.nominal, freed), iterations=10)

@@ -47,7 +47,8 @@ class Parameter:
     radians); `neutral` is the value, in the parameter's own unit, at which it changes nothing. An `optional`
     parameter refines the form and stays neutral unless a model sets it or a fit frees it. The effect is present where a
     parameter that `acts_alone` (None: every one that is not optional) is off its neutral value. One `tried_first`
-    is optional in a model, but a fit frees it from the start.
+    is optional in a model, but a fit frees it from the start. `usual` values are a choice of form, no measured number:
+    a fit that ends near one is tried there.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Parameter:
     optional: bool = False
     acts_alone: bool | None = None
     tried_first: bool = False
+    usual: tuple[float, ...] = ()
 
     @property
     def shows_presence(self) -> bool:

@@ -46,6 +46,7 @@ EFFECT = Effect(
             2.0,
             (1.0,),
             optional=True,
+            usual=(1.0,),
         ),
         Parameter(
             "sag_per_s",

@@ -37,6 +37,7 @@ EFFECT = Effect(
             (0.0, 1.0),
             optional=True,
             tried_first=True,
+            usual=(1.0,),
         ),
         Parameter(
             "linearity",
@@ -56,6 +57,7 @@ EFFECT = Effect(
             (0.0,),
             neutral=1.0,
             optional=True,
+            usual=(0.0,),
         ),
     ),
     step=_step,
