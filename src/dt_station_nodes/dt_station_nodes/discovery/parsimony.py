@@ -2,12 +2,14 @@
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from ..core.models import PathSpec
 from ..core.models.effects import registry
 from .candidates import hypothesis
 from .choice import Measure
 from .hypothesis_fit import fit_hypothesis
-from .selection import Bench, Explanation
+from .selection import NOTHING, Bench, Explanation
 
 # The best few are looked at whatever they are worth: a form bent to one run may fail on the other.
 _BEST = 3
@@ -16,6 +18,8 @@ _BEHIND = 80.0
 _MOST = 8
 # A refinement that changes nothing goes.
 _SAME = 0.01
+# A limit out of reach has no value that says so, but one beyond all.
+_FAR = 1e6
 
 
 def _set(path: PathSpec, effect: int, name: str, value: float) -> PathSpec:
@@ -59,6 +63,27 @@ def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explan
     return None
 
 
+def _rested(bench: Bench, explanation: Explanation) -> Explanation:
+    """The explanation with numbers that do nothing at the value that says so."""
+    fit = explanation.fit
+    columns = np.abs(fit.fitted.jacobian).max(axis=0, initial=0.0)
+    path, freed = fit.path, dict(explanation.freed)
+    for index, term in enumerate(fit.hypothesis.terms):
+        if term.effect < 0 or columns[index] > NOTHING * columns.max(initial=0.0):
+            continue
+        own = path.effects[term.effect].name
+        neutral = registry()[own].parameter(term.name).neutral
+        rested = _set(path, term.effect, term.name, neutral)
+        if abs(neutral) < _FAR and np.array_equal(bench.problem.residual(rested), fit.residual):
+            path = rested
+            freed[own] = tuple(p for p in freed.get(own, ()) if p != term.name)
+    if path is fit.path:
+        return explanation
+    begin = hypothesis(bench.problem, path, bench.nominal, freed)
+    fit = fit_hypothesis(bench.problem, begin, iterations=2)
+    return bench.judged(bench.explained(fit, explanation.added, freed))
+
+
 def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
     """What is known, those near the best in their simplest form; in the order they came."""
     listed = list(known)
@@ -68,7 +93,8 @@ def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> 
     near = ranked[:_BEST]
     near += [e for e in ranked[_BEST:_MOST] if measure.score(e) - measure.score(ranked[0]) < _BEHIND]
     for explanation in near:
-        best, simpler = explanation, _simpler(bench, explanation, measure)
+        best = _rested(bench, explanation)
+        simpler = _simpler(bench, best, measure)
         while simpler is not None:
             best, simpler = simpler, _simpler(bench, simpler, measure)
         listed = [best if e is explanation else e for e in listed]

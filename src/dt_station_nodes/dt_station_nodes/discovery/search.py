@@ -14,14 +14,19 @@ from .terms import Hypothesis
 
 Array = NDArray[np.float64]
 
+NEAR = 0.5  # of their priors' widths: nominal parameters bent no further are where they were given
+SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
+
 
 @dataclass(frozen=True, slots=True)
 class _Task:
-    """One more effect on a base; `seen` what a glance found."""
+    """One more effect on a base; `seen` what a glance or the plain form found, `finer` the refined form."""
 
     base: Explanation
     candidate: Candidate
     seen: Explanation | None = None
+    finer: Explanation | None = None
+    worth_settling: float = np.inf
 
     @property
     def freed(self) -> Freed:
@@ -37,19 +42,22 @@ class _Task:
 def _glance(bench: Bench, task: _Task) -> _Task:
     """A few steps of the plain form: enough to see which candidates deserve the whole."""
     starts, near, like = _starts(bench, task)
-    # From the refitted and from the given nominal parameters: a null refit may have bent them to hide the effect.
-    fits = [fit_hypothesis(bench.problem, like, group, 3, 1) for group in (starts, near)]
+    fits = [fit_hypothesis(bench.problem, like, group, 3, 1) for group in (starts, near) if group]
     fit = min(fits, key=lambda f: f.fitted.cost)
     return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True))
 
 
 def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypothesis]:
+    """Starts from the base's nominal parameters, and from the given ones where it may have bent them to hide it."""
     base = task.base
     freed = {**task.freed, task.candidate.name: task.candidate.required}
     paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual)
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
     centres = np.array([term.centre for term in bench.nominal])
+    widths = np.array([term.prior for term in bench.nominal])
+    if np.all(np.abs(starts[0][: len(centres)] - centres) <= NEAR * widths):
+        return starts, [], hypotheses[0]
     return starts, [np.concatenate([centres, x[len(centres) :]]) for x in starts], hypotheses[0]
 
 
@@ -60,14 +68,14 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     groups = [(starts if task.seen is None else [task.seen.fit.fitted.x], 2), (near, 2)]
     if len(base.added) == 1:
         groups.append((pair_starts(problem, base.fit.path, candidate, base.fit.residual, like), 2))
-    fits = [fit_hypothesis(problem, like, group, bench.iterations, keep) for group, keep in groups]
+    fits = [fit_hypothesis(problem, like, group, bench.iterations, keep) for group, keep in groups if group]
     fit = min(fits, key=lambda f: f.fitted.cost)
-    found = bench.explained(fit, task.added, {**task.freed, candidate.name: candidate.required})
+    found = bench.explained(fit, task.added, {**task.freed, candidate.name: candidate.required}, glance=True)
     return replace(task, seen=bench.judged(found))
 
 
 def _refined(bench: Bench, task: _Task) -> _Task:
-    """The refined form around the plain one, where it earns its parameters."""
+    """The refined form around the plain one."""
     problem, candidate, plain = bench.problem, task.candidate, task.seen
     if plain is None or not candidate.optional:
         return task
@@ -75,10 +83,19 @@ def _refined(bench: Bench, task: _Task) -> _Task:
     paths = refined_starts(problem, plain.fit.path, candidate, task.base.fit.residual)
     hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
     finer = fit_hypothesis(problem, hypotheses[0], [h.start() for h in hypotheses], bench.iterations, keep=3)
-    refined = bench.judged(bench.explained(finer, task.added, freed))
-    samples = bench.worth(refined)
-    floors = bench.floors(refined)
-    return replace(task, seen=min(plain, refined, key=lambda e: penalised(bench, e, samples, floors)))
+    return replace(task, finer=bench.judged(bench.explained(finer, task.added, freed, glance=True)))
+
+
+def _settled(bench: Bench, task: _Task) -> _Task:
+    """The form that earns its parameters; what misses the run by far has nothing to settle on the other."""
+    forms = [
+        bench.settled(form) if form.fit.fitted.cost <= task.worth_settling else form
+        for form in (task.seen, task.finer)
+        if form is not None
+    ]
+    nearest = forms[-1]
+    samples, floors = bench.worth(nearest), bench.floors(nearest)
+    return replace(task, seen=min(forms, key=lambda e: penalised(bench, e, samples, floors)))
 
 
 class StoppedError(KeyboardInterrupt):
@@ -140,7 +157,10 @@ def scan(bench: Bench, bases: Iterable[Explanation], most: int, finest: int) -> 
     tasks = [_Task(base, c) for base in bases for c in pool if c.name not in base.added]
     chosen, _ = _best(_each(bench, _glance, tasks), most)
     finer, others = _best(_each(bench, _plain, chosen), finest)
-    found = [task.seen for task in (*_each(bench, _refined, finer), *others) if task.seen is not None]
+    fitted = [*_each(bench, _refined, finer), *others]
+    limit = SETTLED * min((form.fit.fitted.cost for t in fitted for form in (t.seen, t.finer) if form), default=0.0)
+    fitted = _each(bench, _settled, [replace(task, worth_settling=limit) for task in fitted])
+    found = [task.seen for task in fitted if task.seen is not None]
     return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
 
 

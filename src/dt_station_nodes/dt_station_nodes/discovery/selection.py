@@ -49,7 +49,7 @@ UNUSUAL = {
 # The same against refinements: a rim is sharp, what bends softly is a valve.
 UNUSUAL_FORMS = {("overflow", "rounding"): 6.0}
 # A number whose part in the residual is so small, beside the largest, is out of the run's reach.
-_NOTHING = 1e-12
+NOTHING = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,14 +105,20 @@ class Bench:
 
     def explained(self, fit: Fit, added: tuple[str, ...], freed: Freed, glance: bool = False) -> "Explanation":
         """A fit with what it leaves of both runs; at a `glance` with its numbers as they are."""
-        left = float(fit.residual @ fit.residual)
-        if self.check is None:
-            return Explanation(fit, added, freed, (left,))
-        if self.rough or glance:
+        powers = [float(fit.residual @ fit.residual)]
+        unseen = None
+        if self.check is not None:
             unseen = unseen_residual(self.check, fit.path)
-        else:
-            left, unseen = foretold(self.problem, self.check, fit)
-        return Explanation(fit, added, freed, (left, float(unseen @ unseen)), unseen)
+            powers.append(float(unseen @ unseen))
+        found = Explanation(fit, added, freed, tuple(powers), unseen)
+        return found if glance else self.settled(found)
+
+    def settled(self, explanation: "Explanation") -> "Explanation":
+        """With what it leaves of both runs where the validation run may settle what the run leaves open."""
+        if self.check is None or self.rough:
+            return explanation
+        left, unseen = foretold(self.problem, self.check, explanation.fit)
+        return replace(explanation, powers=(left, float(unseen @ unseen)), unseen=unseen)
 
     def judged(self, explanation: "Explanation") -> "Explanation":
         """As it is judged: where data are rough, by what it says of blocks held out of the fit."""
@@ -162,7 +168,7 @@ def _spent(fit: Fit) -> int:
             spec = fit.path.effects[term.effect]
             parameter = registry()[spec.name].parameter(term.name)
             idle = abs(spec.parameters[term.name] - parameter.neutral) <= 1e-9 * term.scale
-            unused += (parameter.optional and idle) or columns[index] <= _NOTHING * columns.max(initial=0.0)
+            unused += (parameter.optional and idle) or columns[index] <= NOTHING * columns.max(initial=0.0)
     return fit.freedoms - unused
 
 

@@ -152,6 +152,13 @@ def test_gain_drifts_with_time():
     assert out[-1] == pytest.approx(1 + 0.01 * TIME[-1], abs=1e-3)
 
 
+def test_gain_that_swings_is_the_nominal_one_in_the_mean():
+    swing = {"rate_per_s": 0.0, "swing": 0.3, "swing_cosine": -0.2, "period_s": 20.0}
+    out = answer("gain_drift", swing, voltage=np.ones(1001))
+    assert np.mean(out[:1000]) == pytest.approx(1.0, abs=1e-9)
+    assert np.ptp(out) == pytest.approx(2.0 * math.hypot(0.3, 0.2), rel=1e-3)
+
+
 def test_periodic_disturbance_is_a_sine_at_the_sample():
     out = answer("periodic_disturbance", {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}, voltage=0 * TIME)
     assert np.allclose(out, 0.2 * np.sin(2 * math.pi * 1.5 * TIME[1:] + 0.4))
@@ -160,6 +167,18 @@ def test_periodic_disturbance_is_a_sine_at_the_sample():
 def test_cubic_stiffness_balances_the_voltage():
     out = answer("cubic_stiffness", {"coefficient": 1000.0}, INTEGRATOR, np.ones(500))
     assert out[-1] == pytest.approx((1.0 / 1000.0) ** (1 / 3), rel=1e-3)
+
+
+def test_a_spring_with_a_linear_part_balances_the_voltage():
+    out = answer("cubic_stiffness", {"coefficient": 1000.0, "linear": 5.0}, INTEGRATOR, np.ones(2000))
+    assert 1000.0 * out[-1] ** 3 + 5.0 * out[-1] == pytest.approx(1.0, rel=1e-3)
+
+
+def test_quadratic_damping_takes_voltage_with_the_square_of_the_speed():
+    # speed per volt of the path is 206.4 / 23.34 cm/s
+    out = answer("quadratic_damping", {"coefficient": 50.0}, INTEGRATOR, np.full(500, 3.0))
+    speed = (out[-1] - out[-2]) / TS
+    assert speed / (0.01 * 206.4 / 23.34) + 50.0 * speed**2 == pytest.approx(3.0, rel=1e-3)
 
 
 def test_overflow_stops_at_the_limit_and_leaves_it_at_once():

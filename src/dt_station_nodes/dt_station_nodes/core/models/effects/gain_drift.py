@@ -11,7 +11,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     rate, settling = p[0], p[1]
     time = max(c[TIME] - p[2], 0.0)
     elapsed = settling * (1.0 - math.exp(-time / settling)) if settling > 0.0 else time
-    return value * (1.0 + rate * elapsed)
+    turn = 2.0 * math.pi * c[TIME] / p[5] if p[5] > 0.0 else 0.0
+    return value * (1.0 + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn))
 
 
 EFFECT = Effect(
@@ -38,6 +39,36 @@ EFFECT = Effect(
         ),
         Parameter(
             "onset_s", Quantity.TIME, "time of the run at which it begins", 0.0, 3600.0, (0.0, 5.0, 15.0), optional=True
+        ),
+        Parameter(
+            "swing",
+            Quantity.RATIO,
+            "sine part of a slow swing of the gain",
+            -1.0,
+            1.0,
+            (0.02,),
+            optional=True,
+            acts_alone=True,
+        ),
+        Parameter(
+            "swing_cosine",
+            Quantity.RATIO,
+            "cosine part of that swing",
+            -1.0,
+            1.0,
+            (0.0,),
+            optional=True,
+            acts_alone=True,
+        ),
+        Parameter(
+            "period_s",
+            Quantity.TIME,
+            "period of that swing",
+            15.0,
+            600.0,
+            (16.0, 60.0),
+            neutral=30.0,
+            optional=True,
         ),
     ),
     step=_step,

@@ -1,0 +1,59 @@
+"""An effect at the end of its range is another one under its name."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from cases import Case, make
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.selection import Bench, Explanation
+from dt_station_nodes.discovery.sense import sensible
+from dt_station_nodes.discovery.settings import DiscoverySettings
+from dt_station_nodes.discovery.terms import nominal_terms
+
+MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
+PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    return make_problem(make(Case(seconds=12.0)), PAPER, Channel.POSITION, DiscoverySettings())
+
+
+def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nominal: float) -> Explanation:
+    """An effect at given parameters, nothing fitted."""
+    path = PAPER.paths[Channel.POSITION].model_copy(update=nominal)
+    bench = Bench(problem, nominal_terms(PAPER.paths[Channel.POSITION], problem.signal))
+    freed = {name: Candidate(name).required}
+    begin = hypothesis(problem, add_effect(path, Candidate(name), parameters), bench.nominal, freed)
+    return bench.explained(fit_hypothesis(problem, begin, iterations=0), (name,), freed)
+
+
+@pytest.mark.parametrize(
+    ("name", "is_one", "is_none"),
+    [
+        ("dead_zone", {"half_width_v": 0.3, "centre_v": 0.2}, {"half_width_v": 0.3, "centre_v": 0.9}),
+        ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 4.0, "damping": 0.45}),
+        ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 23.0, "damping": 0.1}),
+        ("asymmetric_gain", {"asymmetry": -0.3}, {"asymmetry": -0.9}),
+        ("cubic_stiffness", {"coefficient": 400.0, "linear": 0.1}, {"coefficient": 0.1, "linear": 3.0}),
+    ],
+)
+def test_an_effect_is_what_its_name_says(
+    problem: Problem, name: str, is_one: dict[str, float], is_none: dict[str, float]
+) -> None:
+    assert sensible(as_it_is(problem, name, is_one), problem)
+    assert not sensible(as_it_is(problem, name, is_none), problem)
+
+
+def test_an_effect_beside_a_nominal_parameter_at_its_bound_explains_nothing(problem: Problem) -> None:
+    assert sensible(as_it_is(problem, "bias", {"bias_v": 0.1}, time_scale=1.2), problem)
+    assert not sensible(as_it_is(problem, "bias", {"bias_v": 0.1}, time_scale=20.0), problem)
