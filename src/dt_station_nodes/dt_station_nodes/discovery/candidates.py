@@ -134,6 +134,13 @@ def pair_starts(
     return found[:: -(-len(found) // _MOST_PAIRS)]
 
 
+def single_starts(problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array) -> list[PathSpec]:
+    """Paths around a fitted plain form with one optional parameter at its neutral value and at its starts."""
+    spec = next(effect for effect in path.effects if effect.name == candidate.name)
+    values = dict.fromkeys([candidate.effect.parameter(name).neutral, *_grid(problem, path, candidate, name, residual)])
+    return [add_effect(path, candidate, {**spec.parameters, name: value}) for value in values]
+
+
 def refined_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
     """Paths around a fitted plain form with the optional parameters at every combination of neutral and starts."""
     spec = next(effect for effect in path.effects if effect.name == candidate.name)

@@ -10,6 +10,7 @@ from .sense import sensible
 
 ENOUGH_TO_TELL = 40.0  # the same over the smaller set, on one run
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
+LEAST_TOLD = 8.0  # the same on the run that is fitted, bent parameters included
 SEEN = 2.0  # times what no one would call a gap: less is none
 FAR_OFF = 4.0  # priors of the nominal parameters, twice the log: one of them off by 2.6 of their widths
 ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
@@ -107,6 +108,9 @@ def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> E
 
 def _stands(best: Explanation, leader: Explanation, measure: Measure) -> bool:
     if not sensible(leader, measure.bench.problem):
+        return False
+    # What the run itself does not show, no fit to it can measure.
+    if not measure.rough and measure.told(best, leader)[0] + best.fit.penalty - leader.fit.penalty < LEAST_TOLD:
         return False
     return sure(leader, measure) or _told(best, leader, measure)
 

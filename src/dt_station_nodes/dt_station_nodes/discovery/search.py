@@ -7,7 +7,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .candidates import Candidate, Freed, hypothesis, library, pair_starts, plain_starts, refined_starts
+from ..core.models import PathSpec
+from .candidates import (
+    Candidate,
+    Freed,
+    hypothesis,
+    library,
+    pair_starts,
+    plain_starts,
+    refined_starts,
+    single_starts,
+)
 from .hypothesis_fit import fit_hypothesis
 from .selection import Bench, Explanation, penalised
 from .terms import Hypothesis
@@ -20,12 +30,12 @@ SETTLED = 2.0  # times the cost of the best: what misses the run by more is not 
 
 @dataclass(frozen=True, slots=True)
 class _Task:
-    """One more effect on a base; `seen` what a glance or the plain form found, `finer` the refined form."""
+    """One more effect on a base; `seen` what a glance or the plain form found, `finer` refined forms."""
 
     base: Explanation
     candidate: Candidate
     seen: Explanation | None = None
-    finer: Explanation | None = None
+    finer: tuple[Explanation, ...] = ()
     worth_settling: float = np.inf
 
     @property
@@ -54,11 +64,16 @@ def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypoth
     paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual)
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
+    return starts, _unbent(bench, starts), hypotheses[0]
+
+
+def _unbent(bench: Bench, starts: list[Array]) -> list[Array]:
+    """The same starts with the nominal parameters as given; none where they are there already."""
     centres = np.array([term.centre for term in bench.nominal])
     widths = np.array([term.prior for term in bench.nominal])
     if np.all(np.abs(starts[0][: len(centres)] - centres) <= NEAR * widths):
-        return starts, [], hypotheses[0]
-    return starts, [np.concatenate([centres, x[len(centres) :]]) for x in starts], hypotheses[0]
+        return []
+    return [np.concatenate([centres, x[len(centres) :]]) for x in starts]
 
 
 def _plain(bench: Bench, task: _Task) -> _Task:
@@ -75,24 +90,36 @@ def _plain(bench: Bench, task: _Task) -> _Task:
 
 
 def _refined(bench: Bench, task: _Task) -> _Task:
-    """The refined form around the plain one."""
+    """Refined forms around the plain one: with its best single refinement, and with all of them."""
     problem, candidate, plain = bench.problem, task.candidate, task.seen
     if plain is None or not candidate.optional:
         return task
-    freed = {**task.freed, candidate.name: candidate.required + candidate.optional}
-    paths = refined_starts(problem, plain.fit.path, candidate, task.base.fit.residual)
-    hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
-    finer = fit_hypothesis(problem, hypotheses[0], [h.start() for h in hypotheses], bench.iterations, keep=3)
-    return replace(task, finer=bench.judged(bench.explained(finer, task.added, freed, glance=True)))
+
+    def form(names: tuple[str, ...], paths: list[PathSpec], iterations: int, keep: int) -> Explanation:
+        freed = {**task.freed, candidate.name: candidate.required + names}
+        hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
+        starts = [h.start() for h in hypotheses]
+        fit = fit_hypothesis(problem, hypotheses[0], [*starts, *_unbent(bench, starts)], iterations, keep)
+        return bench.explained(fit, task.added, freed, glance=True)
+
+    ones = [
+        form((name,), single_starts(problem, plain.fit.path, candidate, name, task.base.fit.residual), 4, 1)
+        for name in candidate.optional
+    ]
+    one = min(ones, key=lambda e: e.fit.fitted.cost)
+    paths = [one.fit.path, *refined_starts(problem, plain.fit.path, candidate, task.base.fit.residual)]
+    return replace(task, finer=tuple(map(bench.judged, (one, form(candidate.optional, paths, bench.iterations, 3)))))
+
+
+def _forms(task: _Task) -> tuple[Explanation, ...]:
+    return (*([] if task.seen is None else [task.seen]), *task.finer)
 
 
 def _settled(bench: Bench, task: _Task) -> _Task:
     """The form that earns its parameters; what misses the run by far has nothing to settle on the other."""
-    forms = [
-        bench.settled(form) if form.fit.fitted.cost <= task.worth_settling else form
-        for form in (task.seen, task.finer)
-        if form is not None
-    ]
+    forms = [bench.settled(form) if form.fit.fitted.cost <= task.worth_settling else form for form in _forms(task)]
+    if not forms:
+        return task
     nearest = forms[-1]
     samples, floors = bench.worth(nearest), bench.floors(nearest)
     return replace(task, seen=min(forms, key=lambda e: penalised(bench, e, samples, floors)))
@@ -158,7 +185,7 @@ def scan(bench: Bench, bases: Iterable[Explanation], most: int, finest: int) -> 
     chosen, _ = _best(_each(bench, _glance, tasks), most)
     finer, others = _best(_each(bench, _plain, chosen), finest)
     fitted = [*_each(bench, _refined, finer), *others]
-    limit = SETTLED * min((form.fit.fitted.cost for t in fitted for form in (t.seen, t.finer) if form), default=0.0)
+    limit = SETTLED * min((form.fit.fitted.cost for t in fitted for form in _forms(t)), default=0.0)
     fitted = _each(bench, _settled, [replace(task, worth_settling=limit) for task in fitted])
     found = [task.seen for task in fitted if task.seen is not None]
     return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
