@@ -36,7 +36,6 @@ NEEDED = 4.0  # times as much is left by all that does without the set: it is th
 DOUBT = 300.0  # a set not believed by itself but so far ahead
 DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
-LITTLE = 0.001  # of the gap: a name that leaves no more gives way only to what is clearly better
 LEFT_NOISE = 0.2  # and of the noise power
 NOT_WHITE = 4.0  # times the squared autocorrelation of white noise
 MOST_SINGLE = 16
@@ -147,8 +146,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     rival = ""
     peers: list[tuple[float, Explanation]] = []
     if best.added:
-        far = SAME if left > LITTLE * gap else 2.0 * SAME
-        ahead = [e for behind, e in scored if not e.inside and behind < -far and len(e.added) <= len(best.added)]
+        ahead = [e for behind, e in scored if not e.inside and behind < -SAME and len(e.added) <= len(best.added)]
         if ahead:
             rival = next(name for name in ahead[0].added if not in_vocabulary(name))
         rivals = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]

@@ -81,12 +81,25 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     problem, base, candidate = bench.problem, task.base, task.candidate
     starts, near, like = _starts(bench, task)
     groups = [(starts if task.seen is None else [task.seen.fit.fitted.x], 2), (near, 2)]
+    groups += [(apart, 1) for apart in _by_frequency(like, starts)]
     if len(base.added) == 1:
         groups.append((pair_starts(problem, base.fit.path, candidate, base.fit.residual, like), 2))
     fits = [fit_hypothesis(problem, like, group, bench.iterations, keep) for group, keep in groups if group]
     fit = min(fits, key=lambda f: f.fitted.cost)
     found = bench.explained(fit, task.added, {**task.freed, candidate.name: candidate.required}, glance=True)
     return replace(task, seen=bench.judged(found))
+
+
+def _by_frequency(like: Hypothesis, starts: list[Array]) -> list[list[Array]]:
+    """Starts of one frequency each, where the candidate has one: between them there is no way down."""
+    last = len(like.path.effects) - 1
+    place = next((i for i, t in enumerate(like.terms) if t.effect == last and t.name == "frequency_hz"), None)
+    if place is None:
+        return []
+    apart: dict[float, list[Array]] = {}
+    for x in starts:
+        apart.setdefault(float(x[place]), []).append(x)
+    return list(apart.values())
 
 
 def _refined(bench: Bench, task: _Task) -> _Task:

@@ -46,8 +46,8 @@ UNUSUAL = {
 }
 
 
-# The same against refinements: a rim is sharp, what bends softly is a valve.
-UNUSUAL_FORMS = {("overflow", "rounding"): 6.0}
+# The same against refinements: a rim is sharp, what bends softly is a valve; cross-talk comes at once or lags.
+UNUSUAL_FORMS = {("overflow", "rounding"): 6.0, ("cross_coupling", "at_once"): 8.0}
 # A number whose part in the residual is so small, beside the largest, is out of the run's reach.
 NOTHING = 1e-12
 

@@ -41,7 +41,9 @@ EFFECT = Effect(
     sentence="A lightly damped mode rings after fast changes.",
     attachment=Attachment.INPUT,
     parameters=(
-        Parameter("frequency_hz", Quantity.FREQUENCY, "natural frequency of the mode", 0.2, 20.0, (1.5, 4.0, 8.0)),
+        Parameter(
+            "frequency_hz", Quantity.FREQUENCY, "natural frequency of the mode", 0.2, 20.0, (1.5, 2.5, 4.0, 6.0, 10.0)
+        ),
         Parameter("damping", Quantity.RATIO, "damping ratio", 0.005, 0.45, (0.05, 0.3)),
         Parameter(
             "share",
