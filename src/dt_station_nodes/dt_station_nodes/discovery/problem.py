@@ -206,5 +206,5 @@ def effect_term(problem: Problem, index: int, parameter: Parameter, at: Attachme
     logarithmic = parameter.quantity in (Quantity.INPUT_RATE, Quantity.FREQUENCY)
     lower = parameter.lower * unit
     if logarithmic:
-        lower = max(lower, 1e-3 * parameter.upper * unit)
+        lower = max(lower, 1e-4 * parameter.upper * unit)
     return Term(index, parameter.name, lower, parameter.upper * unit, unit, logarithmic)
