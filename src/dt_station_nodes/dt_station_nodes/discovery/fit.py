@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Residual = Callable[[Array], Array]
 
+# Of the largest part that a parameter has in the residual.
+_NOTHING = 1e-12
+
 
 @dataclass(frozen=True, slots=True)
 class Fitted:
@@ -19,6 +22,12 @@ class Fitted:
     jacobian: Array
     cost: float
     evaluations: int
+
+    @property
+    def idle(self) -> NDArray[np.bool_]:
+        """Which parameters (p,) are out of the data's reach: their part in the residual is next to nothing."""
+        columns = np.abs(self.jacobian).max(axis=0, initial=0.0)
+        return np.asarray(columns <= _NOTHING * columns.max(initial=0.0))
 
     def covariance(self, samples: float, of: int, held: Sequence[int] = ()) -> Array:
         """Covariance (p, p) of x with the residual's own variance, for `samples` effective ones `of` the data.

@@ -13,8 +13,6 @@ Array = NDArray[np.float64]
 # Rounds, between which each run's own variance is seen anew, and steps in each.
 _ROUNDS = 2
 _STEPS = 2
-# A number whose part in the residual is so small, beside the largest, is out of the run's reach and stays.
-_NOTHING = 1e-12
 
 
 def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
@@ -25,15 +23,15 @@ def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
     """
     given = unseen_residual(check, fit.path)
     left = float(fit.residual @ fit.residual)
-    x, jacobian = fit.fitted.x, fit.fitted.jacobian
+    x = fit.fitted.x
     if not len(x):
         return left, given
     hypothesis = fit.hypothesis
     bounds = np.array([term.bounds for term in hypothesis.terms]).reshape(-1, 2)
-    columns = np.abs(jacobian).max(axis=0, initial=0.0)
-    bounds[columns <= _NOTHING * columns.max(initial=0.0)] = x[columns <= _NOTHING * columns.max(initial=0.0), None]
+    # What is out of the run's reach stays: the run cannot vouch for it.
+    bounds[fit.fitted.idle] = x[fit.fitted.idle, None]
     steps = np.array([STEP if term.logarithmic or term.prior else 10.0 * STEP for term in hypothesis.terms])
-    curvature = np.linalg.qr(jacobian, mode="r")
+    curvature = np.linalg.qr(fit.fitted.jacobian, mode="r")
 
     def spread(power: float, of: Problem) -> float:
         """Standard deviation of a residual, no less than what counts as nothing."""
@@ -41,9 +39,8 @@ def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
 
     def cost(run: float, other: float) -> float:
         """Twice the negative log-likelihood, each run with a variance of its own."""
-        return 2.0 * (
-            len(problem.measured) * np.log(spread(run, problem)) + len(check.measured) * np.log(spread(other, check))
-        )
+        parts = ((run, problem), (other, check))
+        return 2.0 * sum(len(of.measured) * float(np.log(spread(power, of))) for power, of in parts)
 
     best = (left, given)
     at = x

@@ -9,7 +9,7 @@ from ..core.models.effects import registry
 from .candidates import hypothesis
 from .choice import Measure
 from .hypothesis_fit import fit_hypothesis
-from .selection import NOTHING, Bench, Explanation
+from .selection import Bench, Explanation
 
 # The best few are looked at whatever they are worth: a form bent to one run may fail on the other.
 _BEST = 3
@@ -66,10 +66,10 @@ def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explan
 def _rested(bench: Bench, explanation: Explanation) -> Explanation:
     """The explanation with numbers that do nothing at the value that says so."""
     fit = explanation.fit
-    columns = np.abs(fit.fitted.jacobian).max(axis=0, initial=0.0)
+    idle = fit.fitted.idle
     path, freed = fit.path, dict(explanation.freed)
     for index, term in enumerate(fit.hypothesis.terms):
-        if term.effect < 0 or columns[index] > NOTHING * columns.max(initial=0.0):
+        if term.effect < 0 or not idle[index]:
             continue
         own = path.effects[term.effect].name
         neutral = registry()[own].parameter(term.name).neutral

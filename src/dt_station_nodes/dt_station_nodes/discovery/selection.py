@@ -48,8 +48,6 @@ UNUSUAL = {
 
 # The same against refinements: a rim is sharp, what bends softly is a valve; cross-talk comes at once or lags.
 UNUSUAL_FORMS = {("overflow", "rounding"): 6.0, ("cross_coupling", "at_once"): 8.0}
-# A number whose part in the residual is so small, beside the largest, is out of the run's reach.
-NOTHING = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,13 +160,13 @@ class Bench:
 def _spent(fit: Fit) -> int:
     """Free numbers, less effects' that change nothing: left where they do not, or out of reach of the run."""
     unused = 0
-    columns = np.abs(fit.fitted.jacobian).max(axis=0, initial=0.0)
+    out_of_reach = fit.fitted.idle
     for index, term in enumerate(fit.hypothesis.terms):
         if term.effect >= 0:
             spec = fit.path.effects[term.effect]
             parameter = registry()[spec.name].parameter(term.name)
             idle = abs(spec.parameters[term.name] - parameter.neutral) <= 1e-9 * term.scale
-            unused += (parameter.optional and idle) or columns[index] <= NOTHING * columns.max(initial=0.0)
+            unused += (parameter.optional and idle) or bool(out_of_reach[index])
     return fit.freedoms - unused
 
 
