@@ -74,6 +74,12 @@ def test_rounds_go_on_until_a_name_is_sure_each_validated_on_the_one_before(monk
     assert [text.split(":")[0] for text in said] == ["round 1", "next", "round 2", "next", "round 3"]
 
 
+def test_a_sure_name_is_confirmed_by_a_second_experiment(monkeypatch, tmp_path, answer):
+    searching(monkeypatch, [named(answer, 0.99), named(answer, 0.99)])
+    results, _ = experiments(NotedStation(), SPEC, 5, 500, 1, tmp_path, lambda _: None)
+    assert len(results) == 2
+
+
 def test_the_budget_ends_the_rounds(monkeypatch, tmp_path, answer):
     searching(monkeypatch, [named(answer, 0.1)] * 9)
     station = NotedStation()
@@ -86,7 +92,7 @@ def test_the_budget_ends_the_rounds(monkeypatch, tmp_path, answer):
     [(Verdict.NOTHING_MISSING, True), (Verdict.PARAMETERS_ONLY, True), (Verdict.UNEXPLAINED, False)],
 )
 def test_only_what_is_not_explained_asks_for_more(answer, verdict, done):
-    assert settled(replace(answer, verdict=verdict, effects=())) is done
+    assert settled(replace(answer, verdict=verdict, effects=()), confirmed=False) is done
 
 
 def test_without_a_proposal_each_round_plays_another_setpoint(answer):

@@ -50,10 +50,10 @@ class Station(Protocol):
         """RMS of the running twin's gap since the last change, in the channel's unit."""
 
 
-def settled(result: DiscoveryResult) -> bool:
-    """Whether no further experiment is needed."""
+def settled(result: DiscoveryResult, confirmed: bool) -> bool:
+    """Whether no further experiment is needed: a name has to stand on another waveform too."""
     if result.verdict is Verdict.NAMED:
-        return not any(effect.alternatives or effect.confidence < _SURE for effect in result.effects)
+        return confirmed and not any(effect.alternatives or effect.confidence < _SURE for effect in result.effects)
     return result.verdict is not Verdict.UNEXPLAINED
 
 
@@ -105,7 +105,7 @@ def experiments(
         results.append(replace(result, run=replace(result.run, source=str(table))))
         tables.append(table)
         say(f"round {number + 1}: {result.sentence}")
-        if settled(result) or number + 1 == budget:
+        if settled(result, earlier is not None) or number + 1 == budget:
             break
         earlier = run
         say(f"next: {play_next(station, result, number)}")
