@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .fit import least_squares
-from .hypothesis_fit import STEP, Fit
+from .hypothesis_fit import Fit
 from .problem import Problem
 from .unseen import unseen_residual
 
@@ -27,10 +27,9 @@ def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
     if not len(x):
         return left, given
     hypothesis = fit.hypothesis
-    bounds = np.array([term.bounds for term in hypothesis.terms]).reshape(-1, 2)
+    bounds, idle = hypothesis.bounds, fit.fitted.idle
     # What is out of the run's reach stays: the run cannot vouch for it.
-    bounds[fit.fitted.idle] = x[fit.fitted.idle, None]
-    steps = np.array([STEP if term.logarithmic or term.prior else 10.0 * STEP for term in hypothesis.terms])
+    bounds[idle] = x[idle, None]
     curvature = np.linalg.qr(fit.fitted.jacobian, mode="r")
 
     def spread(power: float, of: Problem) -> float:
@@ -52,7 +51,7 @@ def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
             gap = unseen_residual(check, hypothesis.path_at(moved)) / there
             return np.concatenate([gap, curvature @ (moved - x) / here])
 
-        at = least_squares(residuals, at, bounds[:, 0], bounds[:, 1], steps, _STEPS).x
+        at = least_squares(residuals, at, bounds[:, 0], bounds[:, 1], hypothesis.steps, _STEPS).x
         path = hypothesis.path_at(at)
         run, other = problem.residual(path), unseen_residual(check, path)
         found = (float(run @ run), other)

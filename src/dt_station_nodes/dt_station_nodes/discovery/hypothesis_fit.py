@@ -13,8 +13,6 @@ from .terms import Hypothesis
 
 Array = NDArray[np.float64]
 
-STEP = 1e-4  # of the finite differences, in searched variables
-
 
 @dataclass(frozen=True, slots=True)
 class Fit:
@@ -60,7 +58,7 @@ def fit_hypothesis(
     centres = np.array([term.centre for term in hypothesis.terms])
     widths = np.array([term.prior for term in hypothesis.terms])
     held = widths > 0.0
-    bounds = np.array([term.bounds for term in hypothesis.terms]).reshape(-1, 2)
+    bounds = hypothesis.bounds
     sigma = problem.sigma
 
     def residuals(x: Array) -> Array:
@@ -70,7 +68,7 @@ def fit_hypothesis(
         return np.concatenate([gap, _prior((x[held] - centres[held]) / widths[held])])
 
     candidates = [home, *starts] if not starts else list(starts)
-    steps = np.array([STEP if term.logarithmic or term.prior else 10.0 * STEP for term in hypothesis.terms])
+    steps = hypothesis.steps
     if len(candidates) > keep:
         costs = [
             float(np.sum(np.nan_to_num(residuals(np.clip(x, bounds[:, 0], bounds[:, 1])), nan=1e9) ** 2))

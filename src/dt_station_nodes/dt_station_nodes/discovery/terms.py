@@ -10,6 +10,7 @@ from ..core.models import EffectSpec, PathSpec
 Array = NDArray[np.float64]
 
 FEW_POLES = 3
+_STEP = 1e-4  # of the finite differences, in searched variables
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,16 @@ class Hypothesis:
 
     path: PathSpec
     terms: tuple[Term, ...]
+
+    @property
+    def bounds(self) -> Array:
+        """Lower and upper bounds of the searched variables, shape (p, 2)."""
+        return np.array([term.bounds for term in self.terms]).reshape(-1, 2)
+
+    @property
+    def steps(self) -> Array:
+        """Lengths (p,) of the finite differences in the searched variables."""
+        return np.array([_STEP if term.logarithmic or term.prior else 10.0 * _STEP for term in self.terms])
 
     def path_at(self, x: Array) -> PathSpec:
         """The path with the free numbers set from the searched variables (p,)."""
