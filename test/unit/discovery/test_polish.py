@@ -1,0 +1,72 @@
+"""Parameters of a densely sampled axis: forces in short windows, and the drift of its free run."""
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import DiscoverySettings, Verdict, polish
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.channel import Finding
+from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.polish import polished
+from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.selection import Bench, fit_null
+from dt_station_nodes.discovery.terms import nominal_terms
+
+STEP_S = 1e-3
+SECONDS = 8.0
+COULOMB_V = 0.6
+AXIS = ModelSpec.model_validate(
+    {
+        "name": "axis",
+        "source": "made up",
+        "paths": {"position": {"numerator": [0.4], "denominator": [1.0, 4.0, 0.0]}},
+    }
+)
+
+
+def axis_run() -> Run:
+    """An axis of 0.4 m/s2 per volt with smooth friction, held back by a force that slowly wanders."""
+    rng = np.random.default_rng(3)
+    time = np.arange(round(SECONDS / STEP_S)) * STEP_S
+    voltage = 4.0 * np.sin(2.1 * time) + 1.5 * np.sin(6.7 * time + 1.0)
+    wander = np.convolve(rng.standard_normal(len(time) + 999), np.ones(1000) / 1000.0**0.5, "valid")
+    speed, place, places = 0.0, 0.1, []
+    for v, force in zip(voltage, 0.05 * wander, strict=True):
+        places.append(place)
+        speed += STEP_S * (0.4 * (v + force - COULOMB_V * np.tanh(speed / 0.004)) - 4.0 * speed)
+        place += STEP_S * speed
+    position = np.array(places) + 1e-7 * rng.standard_normal(len(time))
+    return Run(STEP_S, {"servo_voltage_v": voltage, "position_m": position})
+
+
+@pytest.fixture(scope="module")
+def found() -> Finding:
+    """The finding as it comes to be polished."""
+    path = AXIS.paths[Channel.POSITION]
+    problem = make_problem(axis_run(), AXIS, Channel.POSITION, DiscoverySettings())
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    null = fit_null(bench, path)
+    freed = {"friction": ("coulomb_v", "asymmetry")}
+    rough = hypothesis(problem, add_effect(path, Candidate("friction"), {"coulomb_v": 0.4}), bench.nominal, freed)
+    best = bench.explained(fit_hypothesis(problem, rough), ("friction",), freed)
+    given = problem.residual(path)
+    return Finding(problem, Verdict.NAMED, given, null, best, (best, null), (0.0, 1e3), ((),), 1e3, 1e3, 0.0, 1e-7)
+
+
+def drift_m(finding: Finding) -> float:
+    """Root mean square of the whole run simulated from its start, against what was measured."""
+    problem = finding.problem
+    return float(np.sqrt(np.mean(np.square(problem.measured - problem.simulator.simulate(finding.best.fit.path)))))
+
+
+def test_the_free_run_decides_what_short_windows_leave_open(found: Finding, monkeypatch: pytest.MonkeyPatch) -> None:
+    by_both = polished(found)
+    monkeypatch.setattr(polish, "DRIFT", 0.0)
+    by_windows = polished(found)
+    assert drift_m(by_both) < 0.8 * drift_m(by_windows)
+    assert np.linalg.norm(by_both.best.fit.residual) < 1.2 * np.linalg.norm(by_windows.best.fit.residual)
+    (friction,) = by_both.best.fit.path.effects
+    assert friction.parameters["coulomb_v"] == pytest.approx(COULOMB_V, rel=0.1)
