@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import signal
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.models import ModelSpec, PathSimulator
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, UnusableRunError, Verdict, discover
 
@@ -123,3 +124,28 @@ def test_unusable_runs_are_refused_in_one_sentence():
         discover(replace(run, signals=broken), PAPER)
     with pytest.raises(UnusableRunError, match="no channel"):
         discover(Run(0.02, {"pressure_pa": np.zeros(200)}), PAPER)
+
+
+@pytest.mark.parametrize("half_width_v", [0.1, 0.2])
+def test_what_two_levels_cannot_tell_from_a_gain_another_waveform_does(half_width_v):
+    """On a square of two voltages a loop takes off gain and nothing else; on a triangle both differ."""
+    path = only("position").paths[Channel.POSITION].model_copy(update={"disturbance": None})
+    spec = PAPER.model_copy(update={"paths": {Channel.POSITION: path}})
+    hidden = spec.with_effect(Channel.POSITION, "hysteresis", {"half_width_v": half_width_v})
+
+    def run(wave, seed):
+        time_s = np.arange(1200) * 0.02
+        voltage = 2.0 * wave(2.0 * np.pi * 0.65 * time_s + 0.3)
+        simulator = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 0.0, 0.0)
+        noise = 1e-4 * np.random.default_rng(seed).standard_normal(time_s.size)
+        position = simulator.simulate(hidden.paths[Channel.POSITION]) + noise
+        return Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
+
+    square, triangle = run(signal.square, 1), run(lambda phase: signal.sawtooth(phase, 0.5), 2)
+    alone = discover(square, spec)
+    assert alone.verdict is not Verdict.NAMED
+    both = discover(square, spec, validation=triangle)
+    assert both.verdict is Verdict.NAMED
+    (found,) = both.effects
+    # Without a feedback that hunts, play in a linkage shows as the valve's does.
+    assert "hysteresis" in {found.name, *found.alternatives} <= {"hysteresis", "backlash"}

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from .problem import Problem, effect_term, unit_of
 from .terms import Hypothesis, Term
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 Freed = Mapping[str, tuple[str, ...]]
 
 _MOST_COMBINATIONS = 64
@@ -131,7 +133,7 @@ def pair_starts(
             x = Hypothesis(ordered, like.terms).start()
             x[: len(home)] = home
             found.append(x)
-    return found[:: -(-len(found) // _MOST_PAIRS)]
+    return _drawn(found)
 
 
 def single_starts(problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array) -> list[PathSpec]:
@@ -159,3 +161,23 @@ def refined_starts(problem: Problem, path: PathSpec, candidate: Candidate, resid
         for size in sizes
         for chosen in named
     ]
+
+
+def all_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
+    """Paths with the candidate at combinations of the starts of all its parameters, evenly drawn from where many."""
+    names = candidate.required + candidate.optional
+    grids = []
+    for name in names:
+        starts = _grid(problem, path, candidate, name, residual)
+        neutral = [candidate.effect.parameter(name).neutral] if name in candidate.optional else []
+        grids.append(list(dict.fromkeys([*neutral, *starts])))
+    drawn = _drawn(list(product(*grids)))
+    return [add_effect(path, candidate, dict(zip(names, c, strict=True))) for c in drawn]
+
+
+def _drawn(combinations: list[T]) -> list[T]:
+    """At most `_MOST_PAIRS`, evenly; a step that shares a factor with a grid would leave out values of it."""
+    step = -(-len(combinations) // _MOST_PAIRS)
+    while math.gcd(step, len(combinations)) > 1:
+        step += 1
+    return combinations[::step]

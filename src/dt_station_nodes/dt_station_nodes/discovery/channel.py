@@ -14,7 +14,7 @@ from .noise import effective_samples, whiteness
 from .parsimony import simplified
 from .problem import Problem
 from .result import Verdict
-from .search import StoppedError, distinct, scan
+from .search import StoppedError, distinct, scan, scan_whole
 from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .settings import DiscoverySettings
 from .terms import nominal_terms
@@ -40,6 +40,7 @@ LEFT_NOISE = 0.2  # and of the noise power
 NOT_WHITE = 4.0  # times the squared autocorrelation of white noise
 MOST_SINGLE = 16
 FINEST_SINGLE = 16
+MOST_WHOLE = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,9 +103,10 @@ def examine(
         quiet = measure.left(null) < WORTH_NULL * measure.noise and whiteness(null.fit.residual) < NULL_WHITE
         silent = (quiet or not measure.seen(null)) and not measure.bent(null)
         if not silent:
-            known += recurring(
-                scan(bench, _starting_points(null, nulls[-1]), MOST_SINGLE, FINEST_SINGLE), null, measure
-            )
+            begin = _starting_points(null, nulls[-1])
+            known += recurring(scan(bench, begin, MOST_SINGLE, FINEST_SINGLE), null, measure)
+            if min(measure.left(e) for e in known if e.inside) > MOSTLY * measure.left(null):
+                known = distinct(bench, [*known, *recurring(scan_whole(bench, begin, MOST_WHOLE), null, measure)])
             Growth(bench, null, known, settings.max_effects).run()
         elif _silent(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:
             # What shifts a run's phase or size may be an effect as well as a parameter far off.

@@ -7,10 +7,12 @@ from ..core.models.effects import registry
 from .problem import Problem
 from .selection import Bench, Explanation, penalised
 from .sense import sensible
+from .unseen import unseen_residual
 
 ENOUGH_TO_TELL = 40.0  # the same over the smaller set, on one run
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
 LEAST_TOLD = 8.0  # the same on the run that is fitted, bent parameters included
+FORETOLD = 0.1  # of what the smaller set leaves of the other run
 SEEN = 2.0  # times what no one would call a gap: less is none
 FAR_OFF = 4.0  # priors of the nominal parameters, twice the log: one of them off by 2.6 of their widths
 ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
@@ -109,10 +111,24 @@ def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> E
 def _stands(best: Explanation, leader: Explanation, measure: Measure) -> bool:
     if not sensible(leader, measure.bench.problem):
         return False
-    # What the run itself does not show, no fit to it can measure.
-    if not measure.rough and measure.told(best, leader)[0] + best.fit.penalty - leader.fit.penalty < LEAST_TOLD:
+    # What the run itself does not show, no fit to it can measure; unless what it measured foretells the other run.
+    shown = measure.told(best, leader)[0] + best.fit.penalty - leader.fit.penalty >= LEAST_TOLD
+    if not measure.rough and not shown and not _foretells(best, leader, measure):
         return False
     return sure(leader, measure) or _told(best, leader, measure)
+
+
+def _foretells(best: Explanation, leader: Explanation, measure: Measure) -> bool:
+    """Whether the larger set, with its numbers as the run gave them, explains what the smaller one cannot of the other.
+
+    On two levels alone a gain stands for what another waveform tells from it at once.
+    """
+    check = measure.bench.check
+    if check is None:
+        return False
+    own = unseen_residual(check, leader.fit.path)
+    noise = measure.floors[1] * len(own)
+    return float(own @ own) - noise < FORETOLD * (best.powers[1] - noise)
 
 
 def certain(explanation: Explanation, measure: Measure) -> bool:
@@ -187,6 +203,13 @@ def _evident(best: Explanation, leader: Explanation, measure: Measure) -> bool:
     gains = zip(measure.bench.problems, best.powers, leader.powers, strict=True)
     shown = [(before - after) / len(p.measured) / p.signal**2 for p, before, after in gains]
     return any(share > least**2 for share, least in zip(shown, EVIDENT, strict=False))
+
+
+def could_add(explanation: Explanation, measure: Measure) -> bool:
+    """Whether what an explanation leaves of the runs is enough for a further effect to be evident."""
+    left = zip(measure.bench.problems, explanation.powers, measure.floors, strict=True)
+    shares = [(power / len(p.measured) - floor) / p.signal**2 for p, power, floor in left]
+    return any(share > least**2 for share, least in zip(shares, EVIDENT, strict=False))
 
 
 def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Measure) -> bool:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .choice import ENOUGH_TO_NAME, WORTH_NOISE, Measure, recurring, take_measure
+from .choice import ENOUGH_TO_NAME, WORTH_NOISE, Measure, could_add, recurring, take_measure
 from .neighbours import exchange, reduced
 from .search import distinct, scan
 from .selection import Bench, Explanation
@@ -10,6 +10,7 @@ from .selection import Bench, Explanation
 WORTH_SHARE = 0.0008  # of the gap: less is not looked into
 MORE_LEAVES = 0.6  # a third effect is tried only where the second left at most this
 BEAM = 3
+LIKELY = 10.0  # times what the best leaves: what leaves more is not what an effect is added to
 MOST = 12  # candidates fitted of those glanced at,
 FINEST = 4  # and in their refined form too
 _ROUNDS = 2
@@ -50,6 +51,8 @@ class Growth:
         left, gap = min(measure.left(e) for e in self._known), measure.left(self._null)
         if not measure.bent(leader) and left <= max(WORTH_NOISE * measure.noise, WORTH_SHARE * gap):
             return False
+        if not (measure.rough or measure.bent(leader) or could_add(leader, measure)):
+            return False
         return measure.score(self._null) - measure.score(leader) >= ENOUGH_TO_NAME or gap >= measure.noise
 
     def _extend(self, beam: int) -> None:
@@ -62,7 +65,8 @@ class Growth:
             smaller = [measure.left(e) for e in inside if len(e.added) < size]
             if not measure.rough and size > 1 and measure.left(inside[0]) > MORE_LEAVES * min(smaller, default=np.inf):
                 break
-            bases = inside[: beam if size == 1 else 1]
+            near = LIKELY * measure.left(inside[0])
+            bases = [e for e in inside[: beam if size == 1 else 1] if measure.left(e) <= near or e is inside[0]]
             self._grown.update({tuple(sorted(e.added)): e for e in bases})
             self._learn(scan(self._bench, bases, MOST, self._finest), measure)
 

@@ -27,6 +27,10 @@ def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quan
     speed = max(float(np.quantile(velocity, 0.9)), 1e-12)
     loading = load if len(load) else above
     load_swing = max(float(np.quantile(np.abs(loading - loading.mean()), 0.9)), 1e-12)
+    lost = speed / load_swing
+    if channel is Channel.PRESSURE and len(path.denominator) > 1 and path.denominator[-1] and path.denominator[-2]:
+        # A leak of so much per second loses as much as the path holds.
+        lost = path.denominator[-1] / path.denominator[-2] / path.time_scale
     return {
         Quantity.RATIO: 1.0,
         Quantity.INPUT: high,
@@ -43,7 +47,7 @@ def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quan
         Quantity.FREQUENCY: 1.0,
         Quantity.ANGLE: 1.0,
         Quantity.PER_LOAD: 1.0 / load_swing,
-        Quantity.VELOCITY_PER_LOAD: speed / load_swing,
+        Quantity.VELOCITY_PER_LOAD: lost,
         Quantity.INPUT_PER_OUTPUT: high / travel,
         Quantity.INPUT_PER_VELOCITY_SQUARED: high / speed**2,
         Quantity.INPUT_PER_OUTPUT_CUBED: high / travel**3,

@@ -11,6 +11,7 @@ from ..core.models import PathSpec
 from .candidates import (
     Candidate,
     Freed,
+    all_starts,
     hypothesis,
     library,
     pair_starts,
@@ -200,6 +201,38 @@ def scan(bench: Bench, bases: Iterable[Explanation], most: int, finest: int) -> 
     fitted = [*_each(bench, _refined, finer), *others]
     limit = SETTLED * min((form.fit.fitted.cost for t in fitted for form in _forms(t)), default=0.0)
     fitted = _each(bench, _settled, [replace(task, worth_settling=limit) for task in fitted])
+    found = [task.seen for task in fitted if task.seen is not None]
+    return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
+
+
+def _whole(bench: Bench, task: _Task) -> _Task:
+    """The form with all its parameters at the best of their starts, a few steps on."""
+    return _with_all(bench, task, 3, 1)
+
+
+def _whole_fitted(bench: Bench, task: _Task) -> _Task:
+    """The same, fitted."""
+    return _with_all(bench, task, bench.iterations, 3)
+
+
+def _with_all(bench: Bench, task: _Task, iterations: int, keep: int) -> _Task:
+    problem, base, candidate = bench.problem, task.base, task.candidate
+    freed = {**task.freed, candidate.name: candidate.required + candidate.optional}
+    paths = all_starts(problem, base.fit.path, candidate, base.fit.residual)
+    hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
+    starts = [h.start() for h in hypotheses]
+    fit = fit_hypothesis(problem, hypotheses[0], [*starts, *_unbent(bench, starts)], iterations, keep)
+    return replace(task, seen=bench.judged(bench.explained(fit, task.added, freed, glance=True)))
+
+
+def scan_whole(bench: Bench, bases: Iterable[Explanation], most: int) -> list[Explanation]:
+    """Candidates with all their parameters free from the start, the best `most` fitted, best first by cost.
+
+    Where the plain form of an effect explains nothing, no step leads from it to the form that does.
+    """
+    tasks = [_Task(b, c) for b in bases for c in library(bench.problem.channel) if c.name not in b.added and c.optional]
+    chosen, _ = _best(_each(bench, _whole, tasks), most)
+    fitted = _each(bench, _settled, _each(bench, _whole_fitted, chosen))
     found = [task.seen for task in fitted if task.seen is not None]
     return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
 

@@ -39,6 +39,9 @@ UNUSUAL = {
     ("delay", "output"): 3.0,
     ("extra_lag", "output"): 3.0,
     ("resonance", "output"): 3.0,
+    # A leak or a spring of a pressure valve bends its curve as its limits and its overlap do, which are commoner.
+    ("leakage", "pressure"): 12.0,
+    ("cubic_stiffness", "pressure"): 12.0,
     # A search over hundreds of frequencies finds one in any noise.
     ("periodic_disturbance", "position"): 13.0,
     ("periodic_disturbance", "pressure"): 13.0,

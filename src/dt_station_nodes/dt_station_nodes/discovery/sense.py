@@ -1,5 +1,6 @@
 """Whether the effects of an explanation are what their names say, and not another at the end of its range."""
 
+from ..core.channels import Channel
 from ..core.models.effects import Quantity
 from .problem import Problem
 from .selection import Explanation
@@ -19,6 +20,8 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
     if "resonance" in explanation.added and not _rings(explanation, problem.simulator.sample_time_s):
         return False
     if "cubic_stiffness" in explanation.added and not _hardens(explanation, problem):
+        return False
+    if "leakage" in explanation.added and problem.channel is Channel.PRESSURE and not _loses(explanation):
         return False
     return not ("asymmetric_gain" in explanation.added and _one_sided(explanation))
 
@@ -40,6 +43,12 @@ def _hardens(explanation: Explanation, problem: Problem) -> bool:
     spring = next(e for e in explanation.fit.path.effects if e.name == "cubic_stiffness").parameters
     travel_squared = problem.scales[Quantity.INPUT_PER_OUTPUT] / problem.scales[Quantity.INPUT_PER_OUTPUT_CUBED]
     return abs(spring["coefficient"]) * travel_squared > LEAST_CUBE * abs(spring["linear"])
+
+
+def _loses(explanation: Explanation) -> bool:
+    """Whether a leak lets the pressure fall: one that raises it is none."""
+    leak = next(e for e in explanation.fit.path.effects if e.name == "leakage").parameters
+    return leak["coefficient"] > 0.0
 
 
 def _about_zero(explanation: Explanation) -> bool:

@@ -53,6 +53,12 @@ def test_time_scale_keeps_static_and_integrator_gain(time_scale, gain):
     assert 1.0 / den[1] == pytest.approx(time_scale / 23.34)
 
 
+def test_the_settling_rate_is_one_over_the_sum_of_time_constants():
+    two_lags = TransferFunction(numerator=[3.0], denominator=[0.02, 0.3, 1.0], time_scale=2.0)
+    assert discretise(two_lags, 1.0, 0.01).settling_rate == pytest.approx(1.0 / 0.6)
+    assert discretise(POSITION, 1.0, 0.01).settling_rate == 0.0
+
+
 def test_velocity_reads_the_derivative():
     path = discretise(POSITION, 1.0, 1e-5)
     x = np.array([0.3, -0.2])

@@ -36,7 +36,8 @@ INLET_RATE = 15  # 1/s, decay of the one store before the output's, 0 where ther
 STATIC_GAIN = 16  # Pa/V or m/V, 0 for an integrating path
 VELOCITY = 17  # Pa/s or m/s at the start of the sub-step, without voltage feed-through and injection
 OTHER_INPUT = 18  # V, the other path's voltage
-CONTEXT_SIZE = 19
+SETTLING_RATE = 19  # 1/s, of a static path: one over its mean lag; 0 for an integrating one
+CONTEXT_SIZE = 20
 
 
 def effect_step(function: Callable[..., float]) -> Any:

@@ -27,6 +27,7 @@ from .compiled import (
     OUTPUT_REST,
     RAW_INPUT,
     REST,
+    SETTLING_RATE,
     STAGE,
     STATIC_GAIN,
     SUBSTEP,
@@ -75,7 +76,8 @@ REST_OUTPUT = 8  # SI
 DECAY = 9  # of what is injected, 1/s
 INLET_DECAY = 10  # of the store before, 1/s
 STATIC = 11  # output per volt at rest
-HEADER = 12
+SETTLING = 12  # one over the mean lag, 1/s
+HEADER = 13
 
 
 @njit(cache=True, _nrt=False, forceinline=True)
@@ -110,6 +112,7 @@ def _constants(numbers: Doubles, context: Doubles) -> None:
     context[OUTLET_RATE] = numbers[DECAY]
     context[INLET_RATE] = numbers[INLET_DECAY]
     context[STATIC_GAIN] = numbers[STATIC]
+    context[SETTLING_RATE] = numbers[SETTLING]
     context[OUTPUT_REST] = numbers[REST_OUTPUT]
 
 

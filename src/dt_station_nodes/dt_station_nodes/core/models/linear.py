@@ -29,8 +29,9 @@ class LinearPath:
     `velocity` and `velocity_direct` read dy/dt = velocity x + velocity_direct u (u held). `e` injects a flow
     w (output units per s) into the store behind the output, whose content alone decays with `outlet_rate` (1/s):
     oil or water lost or gained there; zeros where no real pole is seen at the output. `inlet_rate` (1/s) is that
-    of the one store before it, where the path is two such stores in a row, else 0. `static_gain` is 0 for an
-    integrating path. A path stands still where only the last state is not 0: the output is `standing_gain` times it.
+    of the one store before it, where the path is two such stores in a row, else 0. `static_gain` and `settling_rate`
+    (1/s, one over the mean lag of its poles) are 0 for an integrating path. A path stands still where only the last
+    state is not 0: the output is `standing_gain` times it.
     """
 
     a: Array
@@ -43,6 +44,7 @@ class LinearPath:
     outlet_rate: float
     inlet_rate: float
     static_gain: float
+    settling_rate: float
     standing_gain: float
 
 
@@ -106,7 +108,7 @@ def _discretised(
     d = float(numerator[0])
     if n == 0:
         empty = np.zeros(0)
-        return LinearPath(np.zeros((0, 0)), empty, empty, d, empty, empty, 0.0, 0.0, 0.0, d, 0.0)
+        return LinearPath(np.zeros((0, 0)), empty, empty, d, empty, empty, 0.0, 0.0, 0.0, d, 0.0, 0.0)
     slow = max(i for i, value in enumerate(denominator.tolist()) if value != 0.0)
     rate = abs(float(denominator[slow])) ** (1.0 / slow) if slow else 1.0
     powers = rate ** -np.arange(n + 1.0)
@@ -135,6 +137,7 @@ def _discretised(
         outlet_rate=outlet_rate * rate,
         inlet_rate=inlet_rate * rate,
         static_gain=float(num[-1] / den[-1]) if den[-1] != 0.0 else 0.0,
+        settling_rate=float(den[-1] / den[-2]) * rate if den[-2] != 0.0 else 0.0,
         standing_gain=float(c[-1]) + d * float(den[-1]),
     )
 

@@ -117,6 +117,21 @@ def test_leakage_creeps_with_the_absolute_pressure():
     assert np.allclose(np.diff(out) / TS, -3e-3)
 
 
+def test_a_leaking_valve_holds_less_pressure():
+    """As much lost per second as the path's rate: half of the pressure above rest."""
+    path = PathSpec(numerator=[9e6], denominator=[0.02, 0.3, 3.0], rest=1e6)
+    spec = ModelSpec(name="t", paths={Channel.PRESSURE: path})
+    volts, still = np.full(400, 1.0), np.zeros(400)
+    share = {"coefficient": 10.0, "base": 1.0}
+    assert PlantModel(spec, TS).simulate(volts, still).pressure_pa[-1] == pytest.approx(4e6)
+    leaking = spec.with_effect(Channel.PRESSURE, "leakage", share)
+    assert PlantModel(leaking, TS).simulate(volts, still).pressure_pa[-1] == pytest.approx(2.5e6, rel=1e-6)
+    # The square-root law meets the laminar one at the rest pressure, 3 MPa below what it is here.
+    orifice = spec.with_effect(Channel.PRESSURE, "leakage", {**share, "turbulence": 1.0, "base": 0.0})
+    held = PlantModel(orifice, TS).simulate(volts, still).pressure_pa[-1]
+    assert held + math.sqrt(held * 1e6) == pytest.approx(4e6, rel=1e-6)
+
+
 def test_load_takes_gain():
     load = np.full(TIME.size, 3e6)
     out = answer("load_dependent_gain", {"per_load": 1e-7}, load=load)

@@ -2,7 +2,6 @@
 
 import math
 
-from ...channels import Channel
 from ..compiled import OUTPUT, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
@@ -16,13 +15,13 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
 
 EFFECT = Effect(
     name="cubic_stiffness",
-    sentence="A hardening spring pulls the piston back, ever more strongly away from its centre.",
+    sentence="A hardening spring pulls the piston or the valve back, ever more strongly away from its centre.",
     attachment=Attachment.STATE,
     parameters=(
         Parameter(
             "coefficient",
             Quantity.INPUT_PER_OUTPUT_CUBED,
-            "voltage needed per cube of the stroke",
+            "voltage needed per cube of the stroke, or of the pressure",
             -3.0,
             3.0,
             (0.02, 0.2, -0.02),
@@ -49,8 +48,8 @@ EFFECT = Effect(
         ),
     ),
     step=_step,
-    channels=(Channel.POSITION,),
-    check="Measure the voltage needed to hold several places along the stroke; look for bellows and end cushions.",
+    check="Measure the voltage needed to hold several places along the stroke, or several pressures; "
+    "look for bellows and end cushions.",
     source="Duffing spring; Nayfeh & Mook, Nonlinear Oscillations (1979), 4.1",
     sub_stepped=True,
 )

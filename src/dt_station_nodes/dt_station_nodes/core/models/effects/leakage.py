@@ -1,9 +1,19 @@
-"""Leakage: oil lost past the piston lets it creep under load."""
+"""Leakage: oil lost past the piston lets it creep under load; oil lost past a valve, its pressure fall."""
 
 import math
 
-from ...channels import Channel
-from ..compiled import INJECTION, LOAD, OUTPUT, REST, SUBSTEP, Doubles, effect_step
+from ..compiled import (
+    INJECTION,
+    INJECTION_GAIN,
+    LOAD,
+    OUTPUT,
+    REST,
+    SETTLING_RATE,
+    STATIC_GAIN,
+    SUBSTEP,
+    Doubles,
+    effect_step,
+)
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -25,18 +35,28 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[0] += passed * gap
         # The mean over the sub-step.
         flow -= gap * passed * lag / h
+    if c[INJECTION_GAIN] == 0.0 and c[STATIC_GAIN] != 0.0:
+        # No single store to lose it from: what is lost is taken off the voltage that would make it up.
+        return value - flow / (c[STATIC_GAIN] * c[SETTLING_RATE])
     c[INJECTION] -= flow + sag * c[OUTPUT]
     return value
 
 
 EFFECT = Effect(
     name="leakage",
-    sentence="Oil leaking past the piston lets it creep in proportion to the load pressure.",
+    sentence="Oil leaking past the piston or the valve lets it creep, or the pressure fall, the more the pressure.",
     attachment=Attachment.STATE,
     parameters=(
         Parameter("coefficient", Quantity.VELOCITY_PER_LOAD, "creep per load pressure", -2.0, 2.0, (0.01, 0.05, -0.02)),
         Parameter(
-            "turbulence", Quantity.RATIO, "0: laminar gap, 1: square-root orifice", 0.0, 1.0, (0.0,), optional=True
+            "turbulence",
+            Quantity.RATIO,
+            "0: laminar gap, 1: square-root orifice",
+            0.0,
+            1.0,
+            (0.5,),
+            optional=True,
+            tried_first=True,
         ),
         Parameter(
             "base",
@@ -73,6 +93,5 @@ EFFECT = Effect(
     check="Block the valve, load the piston and watch it creep; look at piston seals and the valve's leakage flow.",
     source="Merritt, Hydraulic Control Systems (1967), 2.2 and 6.2: laminar leakage coefficient",
     state_size=2,
-    channels=(Channel.POSITION,),
     sub_stepped=True,
 )

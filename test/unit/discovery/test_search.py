@@ -1,0 +1,63 @@
+"""The search for single effects, and what it does where no plain form explains anything."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec, PathSimulator
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import DiscoverySettings
+from dt_station_nodes.discovery.candidates import Candidate, all_starts, library
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.search import scan_whole
+from dt_station_nodes.discovery.selection import Bench, fit_null
+from dt_station_nodes.discovery.terms import nominal_terms
+
+MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
+PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
+NOISE_M = 2e-4
+# Several plays side by side that only part of the voltage passes through.
+LOOPS = {"half_width_v": 0.5, "spread": 1.0, "depth": 0.7}
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """A servo valve with wide loops under a small noisy voltage."""
+    rng = np.random.default_rng(5)
+    time_s = np.arange(900) * 0.02
+    voltage = 0.7 * np.sign(np.sin(1.3 * time_s)) + 0.25 * rng.standard_normal(time_s.size)
+    path = PAPER.with_effect(Channel.POSITION, "hysteresis", LOOPS).paths[Channel.POSITION]
+    position = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 1e6, 0.0).simulate(path)
+    position += NOISE_M * rng.standard_normal(time_s.size)
+    run = Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
+    return make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+
+
+def test_all_starts_try_every_value_of_every_parameter(problem: Problem) -> None:
+    for candidate in library(Channel.POSITION):
+        paths = all_starts(problem, PAPER.paths[Channel.POSITION], candidate, problem.measured)
+        assert 0 < len(paths) <= 150
+        given = [path.effects[-1].parameters for path in paths]
+        for parameter in candidate.effect.parameters:
+            tried = {round(values[parameter.name], 12) for values in given}
+            assert len(tried) >= min(len(set(parameter.starts)), 2)
+            assert not parameter.optional or parameter.tried_first or round(parameter.neutral, 12) in tried
+
+
+def test_an_effect_of_many_parameters_is_found_where_its_plain_form_explains_nothing(problem: Problem) -> None:
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    best = scan_whole(bench, [fit_null(bench, path)], 2)[0]
+    assert best.added == ("hysteresis",)
+    found = next(effect for effect in best.fit.path.effects if effect.name == "hysteresis").parameters
+    assert found["half_width_v"] == pytest.approx(LOOPS["half_width_v"], rel=0.15)
+    assert found["depth"] == pytest.approx(LOOPS["depth"], rel=0.15)
+    assert float(np.std(best.fit.residual)) < 1.2 * NOISE_M
+
+
+def test_candidates_are_the_effects_that_can_act_there() -> None:
+    assert Candidate("friction") in library(Channel.POSITION)
+    assert Candidate("friction") not in library(Channel.PRESSURE)
+    assert Candidate("leakage") in library(Channel.PRESSURE)
