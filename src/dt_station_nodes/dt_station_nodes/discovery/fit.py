@@ -55,7 +55,8 @@ def _finite(values: Array) -> Array:
     return np.nan_to_num(values, nan=1e8, posinf=1e8, neginf=-1e8)
 
 
-def _jacobian(fun: Residual, x: Array, r: Array, steps: Array, lower: Array, upper: Array) -> Array:
+def finite_differences(fun: Residual, x: Array, r: Array, steps: Array, lower: Array, upper: Array) -> Array:
+    """Jacobian (m, p) of `fun` at x, where it is `r` (m,); steps turn back at the upper bound."""
     columns = np.empty((len(r), len(x)))
     for j in range(len(x)):
         moved = x.copy()
@@ -74,11 +75,12 @@ def least_squares(
     steps: Array,
     iterations: int = 12,
     tolerance: float = 1e-4,
+    slopes: Array | None = None,
 ) -> Fitted:
     """Minimise |fun(x)|^2 within bounds from `start`; `steps` (p,) are the finite differences' lengths.
 
     Ends when an iteration lowers the cost by less than `tolerance` of it. Parameters at a bound that the
-    gradient pushes outwards are held for the iteration.
+    gradient pushes outwards are held for the iteration. `slopes` (m, p), where given, is the Jacobian for all of them.
     """
     x = np.clip(start, lower, upper)
     r = _finite(fun(x))
@@ -87,8 +89,11 @@ def least_squares(
     damping = 1e-3
     jacobian = np.zeros((len(r), len(x)))
     for _ in range(iterations):
-        jacobian = _jacobian(fun, x, r, steps, lower, upper)
-        spent += len(x)
+        if slopes is None:
+            jacobian = finite_differences(fun, x, r, steps, lower, upper)
+            spent += len(x)
+        else:
+            jacobian = slopes
         gradient = np.einsum("ij,i->j", jacobian, r)
         free = ~(((x <= lower) & (gradient > 0.0)) | ((x >= upper) & (gradient < 0.0)))
         if not free.any():

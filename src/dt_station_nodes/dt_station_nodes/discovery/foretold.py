@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from .fit import least_squares
+from .fit import finite_differences, least_squares
 from .hypothesis_fit import Fit
 from .problem import Problem
 from .unseen import unseen_residual
@@ -30,7 +30,7 @@ def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
     bounds, idle = hypothesis.bounds, fit.fitted.idle
     # What is out of the run's reach stays: the run cannot vouch for it.
     bounds[idle] = x[idle, None]
-    curvature = np.linalg.qr(fit.fitted.jacobian, mode="r")
+    curvature = np.asarray(np.linalg.qr(fit.fitted.jacobian, mode="r"))
 
     def spread(power: float, of: Problem) -> float:
         """Standard deviation of a residual, no less than what counts as nothing."""
@@ -41,6 +41,10 @@ def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
         parts = ((run, problem), (other, check))
         return 2.0 * sum(len(of.measured) * float(np.log(spread(power, of))) for power, of in parts)
 
+    # Numbers move little: the slopes at the fit serve for every step.
+    slopes = finite_differences(
+        lambda moved: unseen_residual(check, hypothesis.path_at(moved)), x, given, hypothesis.steps, *bounds.T
+    )
     best = (left, given)
     at = x
     for _ in range(_ROUNDS):
@@ -51,7 +55,8 @@ def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
             gap = unseen_residual(check, hypothesis.path_at(moved)) / there
             return np.concatenate([gap, curvature @ (moved - x) / here])
 
-        at = least_squares(residuals, at, bounds[:, 0], bounds[:, 1], hypothesis.steps, _STEPS).x
+        both = np.concatenate([slopes / there, curvature / here])
+        at = least_squares(residuals, at, bounds[:, 0], bounds[:, 1], hypothesis.steps, _STEPS, slopes=both).x
         path = hypothesis.path_at(at)
         run, other = problem.residual(path), unseen_residual(check, path)
         found = (float(run @ run), other)
