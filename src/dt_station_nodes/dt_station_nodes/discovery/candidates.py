@@ -133,7 +133,7 @@ def pair_starts(
             x = Hypothesis(ordered, like.terms).start()
             x[: len(home)] = home
             found.append(x)
-    return _drawn(found)
+    return _drawn(found, _MOST_PAIRS)
 
 
 def single_starts(problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array) -> list[PathSpec]:
@@ -151,7 +151,7 @@ def refined_starts(problem: Problem, path: PathSpec, candidate: Candidate, resid
     grids = [list(dict.fromkeys([n, *values])) for n, values in zip(neutral, starts, strict=True)]
     if math.prod(len(grid) for grid in grids) > _MOST_COMBINATIONS:
         grids = starts
-    combinations = list(product(*grids))[:_MOST_COMBINATIONS]
+    combinations = _drawn(list(product(*grids)), _MOST_COMBINATIONS)
     named = [dict(zip(candidate.optional, c, strict=True)) for c in combinations]
     main = candidate.required[0]
     # Another form may need another size: a dead zone that jumps open is wider than one that does not.
@@ -171,13 +171,13 @@ def all_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual:
         starts = _grid(problem, path, candidate, name, residual)
         neutral = [candidate.effect.parameter(name).neutral] if name in candidate.optional else []
         grids.append(list(dict.fromkeys([*neutral, *starts])))
-    drawn = _drawn(list(product(*grids)))
+    drawn = _drawn(list(product(*grids)), _MOST_PAIRS)
     return [add_effect(path, candidate, dict(zip(names, c, strict=True))) for c in drawn]
 
 
-def _drawn(combinations: list[T]) -> list[T]:
-    """At most `_MOST_PAIRS`, evenly; a step that shares a factor with a grid would leave out values of it."""
-    step = -(-len(combinations) // _MOST_PAIRS)
+def _drawn(combinations: list[T], most: int) -> list[T]:
+    """At most so many, evenly; a step that shares a factor with a grid would leave out values of it."""
+    step = -(-len(combinations) // most)
     while math.gcd(step, len(combinations)) > 1:
         step += 1
     return combinations[::step]

@@ -7,7 +7,7 @@ import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSpec, PlantModel
-from dt_station_nodes.core.models.effects import Effect, registry
+from dt_station_nodes.core.models.effects import Attachment, Effect, registry
 
 TS = 0.02
 STATIC = PathSpec(numerator=[1.0], denominator=[1.0])
@@ -194,6 +194,28 @@ def test_quadratic_damping_takes_voltage_with_the_square_of_the_speed():
     out = answer("quadratic_damping", {"coefficient": 50.0}, INTEGRATOR, np.full(500, 3.0))
     speed = (out[-1] - out[-2]) / TS
     assert speed / (0.01 * 206.4 / 23.34) + 50.0 * speed**2 == pytest.approx(3.0, rel=1e-3)
+
+
+def relieved(**parameters):
+    spec = ModelSpec(name="t", paths={Channel.PRESSURE: STATIC})
+    spec = spec.with_effect(Channel.PRESSURE, "overflow", {"limit": 1.5, **parameters}, at=Attachment.OUTPUT)
+    return PlantModel(spec, TS).simulate(SWEEP, SWEEP).pressure_pa[1:]
+
+
+def test_a_relief_valve_closes_lower_than_it_opens():
+    out, asked = relieved(reseat=0.5), SWEEP[:-1]
+    rising = np.diff(SWEEP) > 0.0
+    shut = (asked < 1.0) | (rising & (asked < 1.5))
+    assert np.array_equal(out[shut], asked[shut])
+    assert np.allclose(out[~shut & (np.abs(asked - 1.5) > 0.1) & (asked > 1.05)], 1.0)
+
+
+def test_a_relief_valve_takes_time_to_open():
+    slow, at_once = relieved(opening_s=0.1), relieved()
+    assert at_once.max() == pytest.approx(1.5)
+    assert at_once.max() + 0.02 < slow.max() < SWEEP.max()
+    # What it has let off when it shuts again is still less for a while: it closes as slowly.
+    assert (slow < SWEEP[:-1] - 1e-3)[SWEEP[:-1] < 1.45].any()
 
 
 def test_overflow_stops_at_the_limit_and_leaves_it_at_once():

@@ -1,4 +1,4 @@
-"""Overflow: a store stops at its rim; what comes on top is lost, or spills on into the next store."""
+"""Overflow: a store stops at its rim; what comes on top is lost, let off by a valve, or spills into the next store."""
 
 import math
 
@@ -30,11 +30,26 @@ def _below(value: float, limit: float, rounding: float) -> float:
     return value - rounding * (over if over > 30.0 else math.log1p(math.exp(over)))
 
 
+@njit(cache=True)
+def _relieved(p: Doubles, s: Doubles, value: float, step_s: float) -> float:
+    """The value less what a valve lets off: at once, or as it opens and closes."""
+    limit, share, opening_s, reseat = p[0], 1.0 - p[6], p[7], p[8]
+    kept = _below(value, limit, p[1])
+    if reseat > 0.0:
+        s[0] = 1.0 if value > limit or (s[0] > 0.0 and value > limit - reseat) else 0.0
+        kept = limit - reseat if s[0] > 0.0 else value
+    relief = share * (value - kept)
+    if opening_s <= 1e-6:
+        return value - relief
+    s[1] += (relief - s[1]) * (1.0 - math.exp(-step_s / opening_s))
+    return value - s[1]
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    limit, rounding, inlet_limit, spill = p[0], p[1], p[2], p[3]
+    limit, inlet_limit, spill = p[0], p[2], p[3]
     if c[STAGE] > 1.5:
-        return p[6] * value + (1.0 - p[6]) * _below(value, limit, rounding)
+        return _relieved(p, s, value, c[SUBSTEP])
     if c[INLET_RATE] > 0.0 and c[OUTLET_RATE] > 0.0:
         # What the store before holds, as the output level it would keep up: it drives the output's velocity.
         held = c[OUTPUT] + c[VELOCITY] / c[OUTLET_RATE]
@@ -118,10 +133,29 @@ EFFECT = Effect(
             (0.0, 0.1),
             optional=True,
         ),
+        Parameter(
+            "opening_s",
+            Quantity.TIME,
+            "time constant with which a relief valve opens and closes; at the output only",
+            0.0,
+            0.5,
+            (0.02,),
+            optional=True,
+        ),
+        Parameter(
+            "reseat",
+            Quantity.OUTPUT,
+            "how far below the limit a relief valve that is open closes again; at the output only",
+            0.0,
+            0.5,
+            (0.1,),
+            optional=True,
+        ),
     ),
     step=_step,
+    state_size=2,
     check="See whether the output stands at one value while the input still rises; look for spill edges.",
-    source="Schoukens & Noel, cascaded tanks benchmark (2016)",
+    source="Schoukens & Noel, cascaded tanks benchmark (2016); reseating pressure: ISO 4126-1, safety valves",
     sub_stepped=True,
     also=(Attachment.OUTPUT,),
 )
