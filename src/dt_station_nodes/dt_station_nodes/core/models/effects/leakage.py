@@ -25,20 +25,20 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     # The turbulent law is scaled to meet the laminar one at the rest pressure.
     turbulent = math.copysign(math.sqrt(abs(pressure) * max(c[REST], 1.0)), pressure)
     flow = coefficient * ((1.0 - turbulence) * laminar + turbulence * turbulent)
+    store = c[INJECTION_GAIN] != 0.0 or c[STATIC_GAIN] == 0.0
+    if store:
+        flow += sag * c[OUTPUT]
     if lag > 1e-6:
-        if s[1] == 0.0:
-            s[1] = 1.0
-            s[0] = flow
         h = c[SUBSTEP]
         gap = flow - s[0]
         passed = 1.0 - math.exp(-h / lag)
         s[0] += passed * gap
         # The mean over the sub-step.
         flow -= gap * passed * lag / h
-    if c[INJECTION_GAIN] == 0.0 and c[STATIC_GAIN] != 0.0:
+    if not store:
         # No single store to lose it from: what is lost is taken off the voltage that would make it up.
         return value - flow / (c[STATIC_GAIN] * c[SETTLING_RATE])
-    c[INJECTION] -= flow + sag * c[OUTPUT]
+    c[INJECTION] -= flow
     return value
 
 
@@ -92,6 +92,6 @@ EFFECT = Effect(
     step=_step,
     check="Block the valve, load the piston and watch it creep; look at piston seals and the valve's leakage flow.",
     source="Merritt, Hydraulic Control Systems (1967), 2.2 and 6.2: laminar leakage coefficient",
-    state_size=2,
+    state_size=1,
     sub_stepped=True,
 )
