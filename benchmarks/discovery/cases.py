@@ -120,7 +120,7 @@ def _visibility(drive: Drive, rows: Array, slots: tuple[Slot, ...], nominals: No
 
 
 def case_list(which: str, seed: int) -> list[Case]:
-    """Cases of a set: smoke (about 100), standard (about 800), full (the product, about 5000), nulls (200 and 40)."""
+    """Cases of a set: smoke (about 170), standard (about 800), full (the product, about 5000), nulls (200 and 40)."""
     rng = np.random.default_rng(seed)
 
     def shape() -> str:
@@ -176,6 +176,11 @@ def case_list(which: str, seed: int) -> list[Case]:
         Case("single", shape(), 40.0, number(), (("overflow", POSITION, FAMILIES[i % 2], int(rng.integers(3))),))
         for i in range(2 * size)
     ]
+    if which == "smoke":
+        harder = (("single", None, (0.0, 0.0)), ("single", 30.0, (0.0, 0.0)), ("single_mismatch", 40.0, (0.02, 0.04)))
+        for i, (n, c, fam) in enumerate(forms):
+            kind, noise, mismatch = harder[i % 3]
+            out.append(Case(kind, shape(), noise, number(), ((n, c, fam, int(rng.integers(3))),), mismatch))
     return [out[i] for i in rng.permutation(len(out))]
 
 
