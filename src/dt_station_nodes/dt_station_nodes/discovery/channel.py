@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .candidates import in_vocabulary
-from .choice import BENT, SEEN, Measure, alternatives, best_set, certain, recurring, take_measure
+from .choice import SEEN, Measure, alternatives, best_set, certain, recurring, take_measure
 from .growth import MOST, Growth
 from .noise import effective_samples, whiteness
 from .parsimony import simplified
@@ -156,11 +156,11 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         peers = [p for p in rivals if p[0] > SAME or certain(p[1], measure)]
         share = ROUGH_SHARE if measure.rough else LEFT_SHARE
         others = [(behind, e) for behind, e in scored if not set(best.added) <= set(e.added)]
-        # What explains a run only with nominal parameters far off has to explain all of it.
-        given_path = measure.rough or best.fit.penalty < BENT
-        if given_path and not measure.rough and min(measure.left(e) for e in known) > NOBODY_LEAVES * left:
+        # Several effects that need nominal parameters far off as well have to explain all of it.
+        few = len(best.added) == 1 or not measure.bent(best)
+        if few and not measure.rough and min(measure.left(e) for e in known) > NOBODY_LEAVES * left:
             share = REAL_SHARE
-        if given_path and min((measure.left(e) for _, e in others), default=0.0) > NEEDED * left:
+        if few and min((measure.left(e) for _, e in others), default=0.0) > NEEDED * left:
             share = max(share, REAL_SHARE)
         unexplained = left > share * gap and left > LEFT_NOISE * measure.noise
         doubted = left > max(LEFT_NOISE * measure.noise, DOUBT_SHARE * gap) and any(

@@ -1,5 +1,6 @@
 """Last touch on the parameters found: on all samples of a long run, and within short windows of a dense one."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -50,16 +51,43 @@ def _textbook(found: Hypothesis) -> Hypothesis:
     return Hypothesis(found.path.model_copy(update={"effects": tuple(effects)}), terms)
 
 
-def _carried(explanation: Explanation, problem: Problem, refit: bool) -> Explanation:
-    fit = explanation.fit
+def _refitted_on(problem: Problem, fit: Fit, steps: int) -> Fit:
     hypothesis = Hypothesis(fit.path, fit.hypothesis.terms)
-    return replace(explanation, fit=fit_hypothesis(problem, hypothesis, [fit.fitted.x], CARRY if refit else 0))
+    return fit_hypothesis(problem, hypothesis, [hypothesis.start()], steps)
+
+
+def _carried(explanation: Explanation, problem: Problem, refit: bool) -> Explanation:
+    return replace(explanation, fit=_refitted_on(problem, explanation.fit, CARRY if refit else 0))
+
+
+def _needed(fit: Fit, added: tuple[str, ...], refit: Callable[[Fit], Fit]) -> tuple[Fit, tuple[str, ...]]:
+    """A fit of a set less the effects without which it is as good, and the names that stay."""
+    kept = added
+    for name in added:
+        if len(kept) == 1:
+            break
+        path = fit.path.model_copy(update={"effects": tuple(e for e in fit.path.effects if e.name != name)})
+        without = refit(replace(fit, path=path, hypothesis=_less(fit.hypothesis, fit.path, name)))
+        if without.fitted.cost < IDLE * fit.fitted.cost:
+            fit, kept = without, tuple(other for other in kept if other != name)
+    return fit, kept
+
+
+def _keeping(finding: Finding, kept: tuple[str, ...]) -> Finding:
+    """A finding with the alternatives of the names that stay."""
+    places = [finding.best.added.index(name) for name in kept]
+    others = tuple(finding.alternatives[place] for place in places) if finding.alternatives else ()
+    return replace(finding, alternatives=others)
 
 
 def carried_over(finding: Finding, problem: Problem, path: PathSpec) -> Finding:
     """A finding of a condensed run, brought to the whole of it: numbers refitted, residuals of all samples."""
     null = _carried(finding.null, problem, not finding.interrupted)
     best = _carried(finding.best, problem, not finding.interrupted) if finding.best.added else null
+    if len(best.added) > 1 and not finding.interrupted:
+        fit, kept = _needed(best.fit, best.added, lambda bare: _refitted_on(problem, bare, CARRY))
+        finding = _keeping(finding, kept)
+        best = replace(best, fit=fit, added=kept)
     given = min((problem.residual(base) for base in base_paths(path)), key=lambda r: float(r @ r))
     sigma = noise_floor(problem.measured, best.fit.residual)
     return replace(finding, problem=problem, given=given, null=null, best=best, sigma=sigma)
@@ -80,20 +108,11 @@ def polished(finding: Finding) -> Finding:
     near = replace(problem, windows=windows)
     if float(np.std(windows.project(problem.measured))) < TELLING * difference_noise(problem.measured):
         return finding
-    best = _refitted(near, finding.best.fit)
-    kept = finding.best.added
-    for name in finding.best.added:
-        path = best.path.model_copy(update={"effects": tuple(e for e in best.path.effects if e.name != name)})
-        if len(kept) > 1:
-            without = _refitted(near, replace(best, path=path, hypothesis=_less(best.hypothesis, best.path, name)))
-            if without.fitted.cost < IDLE * best.fitted.cost:
-                best, kept = without, tuple(other for other in kept if other != name)
+    best, kept = _needed(_refitted(near, finding.best.fit), finding.best.added, lambda bare: _refitted(near, bare))
     best = _less_adrift(near, best)
     residual = problem.residual(best.path)
     seen = replace(best, residual=residual, rss=float(residual @ residual) / problem.sigma**2)
-    places = [finding.best.added.index(name) for name in kept]
-    others = tuple(finding.alternatives[place] for place in places) if finding.alternatives else ()
-    return replace(finding, best=replace(finding.best, fit=seen, added=kept), alternatives=others)
+    return replace(_keeping(finding, kept), best=replace(finding.best, fit=seen, added=kept))
 
 
 def _less(hypothesis: Hypothesis, path: PathSpec, name: str) -> Hypothesis:
