@@ -149,3 +149,24 @@ def test_what_two_levels_cannot_tell_from_a_gain_another_waveform_does(half_widt
     (found,) = both.effects
     # Without a feedback that hunts, play in a linkage shows as the valve's does.
     assert "hysteresis" in {found.name, *found.alternatives} <= {"hysteresis", "backlash"}
+
+
+def test_an_effect_that_only_the_validation_run_shows_is_looked_for_there():
+    """A limit that one run keeps within and the other does not: no fit may see the second, so the report says where."""
+    path = only("position").paths[Channel.POSITION].model_copy(update={"disturbance": None})
+    spec = PAPER.model_copy(update={"paths": {Channel.POSITION: path}})
+    hidden = spec.with_effect(Channel.POSITION, "saturation", {"upper_v": 2.0, "lower_v": -2.0})
+
+    def run(peak_v, seed):
+        voltage = peak_v * np.sin(2.0 * np.pi * 0.4 * np.arange(900) * 0.02)
+        simulator = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 0.0, 0.0)
+        noise = 1e-4 * np.random.default_rng(seed).standard_normal(900)
+        position = simulator.simulate(hidden.paths[Channel.POSITION]) + noise
+        return Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
+
+    small, large = run(1.5, 1), run(3.0, 2)
+    result = discover(small, spec, validation=large)
+    assert result.verdict is Verdict.UNEXPLAINED
+    assert any("discover that one" in note for note in result.data_notes)
+    (found,) = discover(large, spec, validation=small).effects
+    assert found.name == "saturation"

@@ -12,7 +12,7 @@ from .unseen import unseen_residual
 ENOUGH_TO_TELL = 40.0  # the same over the smaller set, on one run
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
 LEAST_TOLD = 8.0  # the same on the run that is fitted, bent parameters included
-FORETOLD = 0.1  # of what the smaller set leaves of the other run
+FORETOLD = 0.3  # of what the smaller set leaves of the other run
 SEEN = 2.0  # times what no one would call a gap: less is none
 FAR_OFF = 4.0  # priors of the nominal parameters, twice the log: one of them off by 2.6 of their widths
 ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap

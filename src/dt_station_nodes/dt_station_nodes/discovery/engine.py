@@ -29,6 +29,7 @@ from .result import (
 )
 from .selection import Explanation
 from .settings import DiscoverySettings
+from .unseen import shows_only
 from .verdict import better_without, confidence, overall, sentence, why
 from .where import locate
 
@@ -77,7 +78,14 @@ def discover(
         same = _windowed(run, check.channel, path, chosen)
         short = condensed(run, check.channel, path)
         problem = make_problem(short.run, spec, check.channel, same, check.frozen[short.rows])
-        finding = examine(problem, path, same, progress, _unseen(validation, spec, check.channel, same))
+        unseen = _unseen(validation, spec, check.channel, same)
+        finding = examine(problem, path, same, progress, unseen)
+        null, silent = finding.null, finding.verdict is Verdict.UNEXPLAINED
+        if silent and shows_only(unseen, null.unseen, null.fit.residual, finding.sigma):
+            notes.append(
+                f"{check.channel.value}: this run is as the model says, the validation run is not; "
+                "discover that one and give this one with --validate"
+            )
         if short.note:
             notes.append(short.note)
             finding = carried_over(finding, make_problem(run, spec, check.channel, same, check.frozen), path)

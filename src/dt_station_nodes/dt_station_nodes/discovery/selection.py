@@ -40,7 +40,7 @@ UNUSUAL = {
     ("extra_lag", "output"): 3.0,
     ("resonance", "output"): 3.0,
     # A leak or a spring of a pressure valve bends its curve as its limits and its overlap do, which are commoner.
-    ("leakage", "pressure"): 12.0,
+    ("leakage", "pressure"): 5.0,
     ("cubic_stiffness", "pressure"): 12.0,
     # A search over hundreds of frequencies finds one in any noise.
     ("periodic_disturbance", "position"): 13.0,

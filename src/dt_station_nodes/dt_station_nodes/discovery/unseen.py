@@ -4,12 +4,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import EffectSpec, PathSpec
+from .noise import noise_floor
 from .problem import Problem
 
 Array = NDArray[np.float64]
 
 PERIODIC = "periodic_disturbance"
 _PHASE = "phase_rad"
+# Mean square of a residual over the noise's: of one that says nothing, and of one that says much.
+_QUIET = 1.3
+_LOUD = 2.5
 
 
 def unseen_residual(check: Problem, path: PathSpec) -> Array:
@@ -35,3 +39,12 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
     cosine, sine = (float(powers @ f(turns - given)) for f in (np.cos, np.sin))
     best = shifted(float(given + np.arctan2(-sine, -cosine)))
     return min((seen[0], best), key=lambda residual: float(residual @ residual))
+
+
+def shows_only(check: Problem | None, unseen: Array | None, residual: Array, sigma: float) -> bool:
+    """Whether a run that no fit has seen shows a gap `unseen` (n,), and the fitted one, of noise `sigma`, none."""
+    if check is None or unseen is None:
+        return False
+    here = float(np.mean(np.square(residual))) / sigma**2
+    there = float(np.mean(np.square(unseen))) / noise_floor(check.measured, unseen) ** 2
+    return here < _QUIET < _LOUD < there
