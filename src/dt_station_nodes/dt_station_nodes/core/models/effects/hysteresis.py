@@ -39,7 +39,14 @@ EFFECT = Effect(
     sentence="The valve's answer to a voltage depends on whether the voltage rises or falls.",
     attachment=Attachment.INPUT,
     parameters=(
-        Parameter("half_width_v", Quantity.INPUT, "half the width of the loop", 0.0, 1.0, (0.01, 0.03, 0.1, 0.25, 0.5)),
+        Parameter(
+            "half_width_v",
+            Quantity.INPUT,
+            "half the width of the loop",
+            0.0,
+            1.0,
+            (0.003, 0.01, 0.03, 0.1, 0.25, 0.5),
+        ),
         Parameter(
             "spread",
             Quantity.RATIO,
