@@ -47,7 +47,9 @@ EFFECT = Effect(
     sentence="Oil leaking past the piston or the valve lets it creep, or the pressure fall, the more the pressure.",
     attachment=Attachment.STATE,
     parameters=(
-        Parameter("coefficient", Quantity.VELOCITY_PER_LOAD, "creep per load pressure", -2.0, 2.0, (0.01, 0.05, -0.02)),
+        Parameter(
+            "coefficient", Quantity.VELOCITY_PER_LOAD, "creep per load pressure", -2.0, 2.0, (0.002, 0.01, 0.05, -0.02)
+        ),
         Parameter(
             "turbulence",
             Quantity.RATIO,

@@ -26,7 +26,7 @@ EFFECT = Effect(
             "relative loss of gain per load pressure above rest",
             -0.5,
             0.5,
-            (0.05, 0.2, -0.05),
+            (0.01, 0.05, 0.2, -0.05),
         ),
         Parameter(
             "direction",
