@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -205,17 +206,8 @@ def scan(bench: Bench, bases: Iterable[Explanation], most: int, finest: int) -> 
     return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
 
 
-def _whole(bench: Bench, task: _Task) -> _Task:
-    """The form with all its parameters at the best of their starts, a few steps on."""
-    return _with_all(bench, task, 3, 1)
-
-
-def _whole_fitted(bench: Bench, task: _Task) -> _Task:
-    """The same, fitted."""
-    return _with_all(bench, task, bench.iterations, 3)
-
-
-def _with_all(bench: Bench, task: _Task, iterations: int, keep: int) -> _Task:
+def _whole(bench: Bench, task: _Task, iterations: int, keep: int) -> _Task:
+    """The form with all its parameters free, from the best of all their starts."""
     problem, base, candidate = bench.problem, task.base, task.candidate
     freed = {**task.freed, candidate.name: candidate.required + candidate.optional}
     paths = all_starts(problem, base.fit.path, candidate, base.fit.residual)
@@ -231,8 +223,8 @@ def scan_whole(bench: Bench, bases: Iterable[Explanation], most: int) -> list[Ex
     Where the plain form of an effect explains nothing, no step leads from it to the form that does.
     """
     tasks = [_Task(b, c) for b in bases for c in library(bench.problem.channel) if c.name not in b.added and c.optional]
-    chosen, _ = _best(_each(bench, _whole, tasks), most)
-    fitted = _each(bench, _settled, _each(bench, _whole_fitted, chosen))
+    chosen, _ = _best(_each(bench, partial(_whole, iterations=3, keep=1), tasks), most)
+    fitted = _each(bench, _settled, _each(bench, partial(_whole, iterations=bench.iterations, keep=3), chosen))
     found = [task.seen for task in fitted if task.seen is not None]
     return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
 
