@@ -107,12 +107,9 @@ def _effect(numbers: int, places: Integers, k: int, state: int, value: float, co
 @njit(cache=True, _nrt=False)
 def _constants(numbers: Doubles, context: Doubles) -> None:
     """What a path's effects are told that never changes."""
-    context[VELOCITY_GAIN] = numbers[GAIN_VELOCITY]
-    context[INJECTION_GAIN] = numbers[GAIN_INJECTION]
-    context[OUTLET_RATE] = numbers[DECAY]
-    context[INLET_RATE] = numbers[INLET_DECAY]
-    context[STATIC_GAIN] = numbers[STATIC]
-    context[SETTLING_RATE] = numbers[SETTLING]
+    context[VELOCITY_GAIN], context[INJECTION_GAIN] = numbers[GAIN_VELOCITY], numbers[GAIN_INJECTION]
+    context[OUTLET_RATE], context[INLET_RATE] = numbers[DECAY], numbers[INLET_DECAY]
+    context[STATIC_GAIN], context[SETTLING_RATE] = numbers[STATIC], numbers[SETTLING]
     context[OUTPUT_REST] = numbers[REST_OUTPUT]
 
 
