@@ -43,12 +43,7 @@ EFFECT = Effect(
     attachment=Attachment.STATE,
     parameters=(
         Parameter(
-            "coulomb_v",
-            Quantity.INPUT,
-            "Coulomb friction, referred to the valve voltage",
-            0.0,
-            1.5,
-            (0.008, 0.03, 0.15, 0.5),
+            "coulomb_v", Quantity.INPUT, "Coulomb friction, referred to the valve voltage", 0.0, 1.5, (0.03, 0.15, 0.5)
         ),
         Parameter(
             "static_excess_v",
