@@ -1,5 +1,7 @@
 """Parameters of a densely sampled axis: forces in short windows, and the drift of its free run."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from dt_station_nodes.discovery import DiscoverySettings, Verdict, polish
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
-from dt_station_nodes.discovery.polish import polished
+from dt_station_nodes.discovery.polish import carried_over, polished
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
@@ -27,14 +29,14 @@ AXIS = ModelSpec.model_validate(
 )
 
 
-def axis_run() -> Run:
+def axis_run(wander_v: float) -> Run:
     """An axis of 0.4 m/s2 per volt with smooth friction, held back by a force that slowly wanders."""
     rng = np.random.default_rng(3)
     time = np.arange(round(SECONDS / STEP_S)) * STEP_S
     voltage = 4.0 * np.sin(2.1 * time) + 1.5 * np.sin(6.7 * time + 1.0)
     wander = np.convolve(rng.standard_normal(len(time) + 999), np.ones(1000) / 1000.0**0.5, "valid")
     speed, place, places = 0.0, 0.1, []
-    for v, force in zip(voltage, 0.05 * wander, strict=True):
+    for v, force in zip(voltage, wander_v * wander, strict=True):
         places.append(place)
         speed += STEP_S * (0.4 * (v + force - COULOMB_V * np.tanh(speed / 0.004)) - 4.0 * speed)
         place += STEP_S * speed
@@ -46,7 +48,7 @@ def axis_run() -> Run:
 def found() -> Finding:
     """The finding as it comes to be polished."""
     path = AXIS.paths[Channel.POSITION]
-    problem = make_problem(axis_run(), AXIS, Channel.POSITION, DiscoverySettings())
+    problem = make_problem(axis_run(0.05), AXIS, Channel.POSITION, DiscoverySettings())
     bench = Bench(problem, nominal_terms(path, problem.signal))
     null = fit_null(bench, path)
     freed = {"friction": ("coulomb_v", "asymmetry")}
@@ -70,3 +72,21 @@ def test_the_free_run_decides_what_short_windows_leave_open(found: Finding, monk
     assert np.linalg.norm(by_both.best.fit.residual) < 1.2 * np.linalg.norm(by_windows.best.fit.residual)
     (friction,) = by_both.best.fit.path.effects
     assert friction.parameters["coulomb_v"] == pytest.approx(COULOMB_V, rel=0.1)
+
+
+def test_the_whole_run_keeps_only_the_effects_it_needs(found: Finding) -> None:
+    """A standing force that a stretch of the run asked for, and the whole of it does not."""
+    path = AXIS.paths[Channel.POSITION]
+    problem = make_problem(axis_run(0.0), AXIS, Channel.POSITION, DiscoverySettings())
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    freed = {"friction": ("coulomb_v",), "bias": ("bias_v",)}
+    friction = add_effect(path, Candidate("friction"), {"coulomb_v": COULOMB_V})
+    both = hypothesis(problem, add_effect(friction, Candidate("bias"), {"bias_v": 1e-4}), bench.nominal, freed)
+    best = bench.explained(fit_hypothesis(problem, both, iterations=0), ("friction", "bias"), freed)
+    stretch = replace(found, best=best, alternatives=((), ("leakage",)))
+    whole = carried_over(stretch, problem, path)
+    assert whole.best.added == ("friction",)
+    assert whole.alternatives == ((),)
+    (effect,) = whole.best.fit.path.effects
+    assert effect.name == "friction"
+    assert len(whole.best.fit.hypothesis.terms) == len(both.terms) - 1

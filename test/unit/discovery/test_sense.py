@@ -11,6 +11,7 @@ from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
@@ -24,14 +25,19 @@ PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
-def problem() -> Problem:
-    return make_problem(make(Case(seconds=12.0)), PAPER, Channel.POSITION, DiscoverySettings())
+def run() -> Run:
+    return make(Case(seconds=12.0))
+
+
+@pytest.fixture(scope="module")
+def problem(run: Run) -> Problem:
+    return make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
 
 
 def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nominal: float) -> Explanation:
     """An effect at given parameters, nothing fitted."""
-    path = PAPER.paths[Channel.POSITION].model_copy(update=nominal)
-    bench = Bench(problem, nominal_terms(PAPER.paths[Channel.POSITION], problem.signal))
+    path = PAPER.paths[problem.channel].model_copy(update=nominal)
+    bench = Bench(problem, nominal_terms(PAPER.paths[problem.channel], problem.signal))
     freed = {name: Candidate(name).required}
     begin = hypothesis(problem, add_effect(path, Candidate(name), parameters), bench.nominal, freed)
     return bench.explained(fit_hypothesis(problem, begin, iterations=0), (name,), freed)
@@ -57,3 +63,9 @@ def test_an_effect_is_what_its_name_says(
 def test_an_effect_beside_a_nominal_parameter_at_its_bound_explains_nothing(problem: Problem) -> None:
     assert sensible(as_it_is(problem, "bias", {"bias_v": 0.1}, time_scale=1.2), problem)
     assert not sensible(as_it_is(problem, "bias", {"bias_v": 0.1}, time_scale=20.0), problem)
+
+
+def test_a_leak_loses_pressure(run: Run) -> None:
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    assert sensible(as_it_is(pressure, "leakage", {"coefficient": 0.1}), pressure)
+    assert not sensible(as_it_is(pressure, "leakage", {"coefficient": -0.1}), pressure)

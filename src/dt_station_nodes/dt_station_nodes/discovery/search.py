@@ -106,24 +106,28 @@ def _by_frequency(like: Hypothesis, starts: list[Array]) -> list[list[Array]]:
 
 def _refined(bench: Bench, task: _Task) -> _Task:
     """Refined forms around the plain one: with its best single refinement, and with all of them."""
-    problem, candidate, plain = bench.problem, task.candidate, task.seen
+    problem, candidate, plain, residual = bench.problem, task.candidate, task.seen, task.base.fit.residual
     if plain is None or not candidate.optional:
         return task
-
-    def form(names: tuple[str, ...], paths: list[PathSpec], iterations: int, keep: int) -> Explanation:
-        freed = {**task.freed, candidate.name: candidate.required + names}
-        hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
-        starts = [h.start() for h in hypotheses]
-        fit = fit_hypothesis(problem, hypotheses[0], [*starts, *_unbent(bench, starts)], iterations, keep)
-        return bench.explained(fit, task.added, freed, glance=True)
-
     ones = [
-        form((name,), single_starts(problem, plain.fit.path, candidate, name, task.base.fit.residual), 4, 1)
+        _form(bench, task, (name,), single_starts(problem, plain.fit.path, candidate, name, residual), 4, 1)
         for name in candidate.optional
     ]
     one = min(ones, key=lambda e: e.fit.fitted.cost)
-    paths = [one.fit.path, *refined_starts(problem, plain.fit.path, candidate, task.base.fit.residual)]
-    return replace(task, finer=tuple(map(bench.judged, (one, form(candidate.optional, paths, bench.iterations, 3)))))
+    paths = [one.fit.path, *refined_starts(problem, plain.fit.path, candidate, residual)]
+    whole = _form(bench, task, candidate.optional, paths, bench.iterations, 3)
+    return replace(task, finer=(bench.judged(one), bench.judged(whole)))
+
+
+def _form(
+    bench: Bench, task: _Task, optional: tuple[str, ...], paths: list[PathSpec], iterations: int, keep: int
+) -> Explanation:
+    """The form with some optional parameters free too, from where `paths` stand; not judged yet."""
+    freed = {**task.freed, task.candidate.name: task.candidate.required + optional}
+    hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
+    starts = [h.start() for h in hypotheses]
+    fit = fit_hypothesis(bench.problem, hypotheses[0], [*starts, *_unbent(bench, starts)], iterations, keep)
+    return bench.explained(fit, task.added, freed, glance=True)
 
 
 def _forms(task: _Task) -> tuple[Explanation, ...]:
@@ -208,13 +212,9 @@ def scan(bench: Bench, bases: Iterable[Explanation], most: int, finest: int) -> 
 
 def _whole(bench: Bench, task: _Task, iterations: int, keep: int) -> _Task:
     """The form with all its parameters free, from the best of all their starts."""
-    problem, base, candidate = bench.problem, task.base, task.candidate
-    freed = {**task.freed, candidate.name: candidate.required + candidate.optional}
-    paths = all_starts(problem, base.fit.path, candidate, base.fit.residual)
-    hypotheses = [hypothesis(problem, path, bench.nominal, freed) for path in paths]
-    starts = [h.start() for h in hypotheses]
-    fit = fit_hypothesis(problem, hypotheses[0], [*starts, *_unbent(bench, starts)], iterations, keep)
-    return replace(task, seen=bench.judged(bench.explained(fit, task.added, freed, glance=True)))
+    base, candidate = task.base, task.candidate
+    paths = all_starts(bench.problem, base.fit.path, candidate, base.fit.residual)
+    return replace(task, seen=bench.judged(_form(bench, task, candidate.optional, paths, iterations, keep)))
 
 
 def scan_whole(bench: Bench, bases: Iterable[Explanation], most: int) -> list[Explanation]:
