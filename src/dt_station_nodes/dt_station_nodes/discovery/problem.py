@@ -12,7 +12,7 @@ from ..core.models.effects import Attachment, Parameter, Quantity
 from ..core.run import Run
 from .condense import slowest_s
 from .noise import difference_noise
-from .scales import excitations_hz, scales
+from .scales import SAMPLE_S, excitations_hz, scales
 from .settings import DiscoverySettings
 from .terms import Term
 from .windows import Windows, make_windows
@@ -204,7 +204,10 @@ def effect_term(problem: Problem, index: int, parameter: Parameter, at: Attachme
     """The term of one effect parameter, bounds scaled by the run."""
     unit = unit_of(problem, parameter, at)
     logarithmic = parameter.quantity in (Quantity.INPUT_RATE, Quantity.FREQUENCY)
-    lower = parameter.lower * unit
+    lower, upper = parameter.lower * unit, parameter.upper * unit
+    if parameter.quantity is Quantity.FREQUENCY:
+        # However slow a path, its run shows what its samples can.
+        upper = max(upper, parameter.upper * SAMPLE_S / problem.simulator.sample_time_s)
     if logarithmic:
-        lower = max(lower, 1e-4 * parameter.upper * unit)
-    return Term(index, parameter.name, lower, parameter.upper * unit, unit, logarithmic)
+        lower = max(lower, 1e-4 * upper)
+    return Term(index, parameter.name, lower, upper, unit, logarithmic)

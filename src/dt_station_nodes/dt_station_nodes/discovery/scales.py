@@ -7,12 +7,26 @@ from ..core.channels import Channel
 from ..core.models import PathSpec
 from ..core.models.effects import Quantity
 from ..core.run import Run
+from .condense import slowest_s
 from .noise import difference_noise
 
 Array = NDArray[np.float64]
 
 # Noise in a voltage, of its standard deviation, by which a holding loop is told from an open one.
 _HELD = 1e-3
+
+
+# The sample time and the lag of the rigs that the library's times are written for; how much slower a rig may be, or a
+# run may last (s), before they no longer stand as they are written.
+SAMPLE_S = 0.02
+_LAG_S = 0.25
+_PACE = (0.25, 5.0)
+_RUN_S = (10.0, 120.0)
+
+
+def _beyond(value: float, low: float, high: float) -> float:
+    """How far a value is out of a range, as a factor; 1 within."""
+    return value / min(max(value, low), high)
 
 
 def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quantity, float]:
@@ -31,6 +45,8 @@ def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quan
     if channel is Channel.PRESSURE and len(path.denominator) > 1 and path.denominator[-1] and path.denominator[-2]:
         # A leak of so much per second loses as much as the path holds.
         lost = path.denominator[-1] / path.denominator[-2] / path.time_scale
+    pace = _beyond(max(run.sample_time_s / SAMPLE_S, slowest_s(path) / _LAG_S), *_PACE)
+    length = _beyond(len(run) * run.sample_time_s, *_RUN_S)
     return {
         Quantity.RATIO: 1.0,
         Quantity.INPUT: high,
@@ -42,9 +58,11 @@ def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quan
         Quantity.PER_OUTPUT_SQUARED: 1.0 / output**2,
         Quantity.PER_OUTPUT_CUBED: 1.0 / output**3,
         Quantity.VELOCITY: speed,
-        Quantity.TIME: 1.0,
-        Quantity.RATE: 1.0,
-        Quantity.FREQUENCY: 1.0,
+        Quantity.TIME: pace,
+        Quantity.RUN_TIME: length,
+        Quantity.RATE: 1.0 / pace,
+        Quantity.RUN_RATE: 1.0 / length,
+        Quantity.FREQUENCY: 1.0 / pace,
         Quantity.ANGLE: 1.0,
         Quantity.PER_LOAD: 1.0 / load_swing,
         Quantity.VELOCITY_PER_LOAD: lost,

@@ -109,6 +109,23 @@ def test_rate_limit_bounds_the_slope():
     assert np.abs(out).max() < np.abs(SWEEP).max()
 
 
+def test_a_loop_of_limited_speed_is_its_lag_that_slews():
+    """Against fine steps of x' = clip((u - x) / T, rate), which a limit before the lag is not."""
+    lag, rate, fine = 0.05, 4.0, 200
+    square = np.where(TIME % 2.0 < 1.0, 1.0, -0.5)
+    expected, x = [], square[0]
+    begin = PathSpec(numerator=[1.0], denominator=[lag, 1.0], rest=0.0)
+    for held in square:
+        expected.append(x)
+        for _ in range(fine):
+            x += TS / fine * np.clip((held - x) / lag, -rate, rate)
+    settled = TIME[1:] > 0.9
+    inside = answer("rate_limit", {"rate_v_per_s": rate, "loop_s": lag}, begin, square)
+    assert np.abs(inside - expected[1:])[settled].max() < 0.01
+    before = answer("rate_limit", {"rate_v_per_s": rate}, begin, square)
+    assert np.abs(before - expected[1:])[settled].max() > 0.1
+
+
 def test_leakage_creeps_with_the_absolute_pressure():
     rest = PathSpec(numerator=[1.0], denominator=[1.0], rest=1e6)
     paths = {Channel.POSITION: INTEGRATOR, Channel.PRESSURE: rest}

@@ -22,7 +22,7 @@ EFFECT = Effect(
         Parameter("bias_v", Quantity.INPUT, "offset of the voltage", -1.0, 1.0, (0.02, -0.02, 0.15, -0.15)),
         Parameter(
             "settling_s",
-            Quantity.TIME,
+            Quantity.RUN_TIME,
             "time constant with which it settles as the amplifier warms, 0: it is there at once",
             0.0,
             600.0,

@@ -26,7 +26,9 @@ class Quantity(Enum):
     SIGNAL = "signal"  # V where the effect sits on the input, else as OUTPUT
     VELOCITY = "output/s"
     TIME = "s"
+    RUN_TIME = "s, of the run"
     RATE = "1/s"
+    RUN_RATE = "1/s, of the run"
     FREQUENCY = "Hz"
     ANGLE = "rad"
     PER_OUTPUT = "1/output"
@@ -43,12 +45,12 @@ class Quantity(Enum):
 class Parameter:
     """One number of an effect.
 
-    `lower`, `upper` and `starts` are multiples of the run's scale of `quantity` (1 for ratios, seconds, hertz and
-    radians); `neutral` is the value, in the parameter's own unit, at which it changes nothing. An `optional`
-    parameter refines the form and stays neutral unless a model sets it or a fit frees it. The effect is present where a
-    parameter that `acts_alone` (None: every one that is not optional) is off its neutral value. One `tried_first`
-    is optional in a model, but a fit frees it from the start. `usual` values are a choice of form, no measured number:
-    a fit that ends near one is tried there.
+    `lower`, `upper` and `starts` are multiples of the run's scale of `quantity` (1 for ratios and radians, and for
+    times, rates and hertz where path and run are about as fast and as long as a servo valve's); `neutral` is the
+    value, in the parameter's own unit, at which it changes nothing. An `optional` parameter refines the form and stays
+    neutral unless a model sets it or a fit frees it. The effect is present where a parameter that `acts_alone` (None:
+    every one that is not optional) is off its neutral value. One `tried_first` is optional in a model, but a fit frees
+    it from the start. `usual` values are a choice of form, no measured number: a fit that ends near one is tried there.
     """
 
     name: str
@@ -72,9 +74,7 @@ class Parameter:
         """Unit on a channel, with the channel's own unit in place of `output`."""
         if self.quantity is Quantity.SIGNAL:
             return "V" if at is Attachment.INPUT else channel.unit
-        if self.quantity is Quantity.INPUT_PEAK:
-            return "V"
-        return self.quantity.value.replace("output", channel.unit)
+        return self.quantity.value.partition(",")[0].replace("output", channel.unit)
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ EFFECT = Effect(
     parameters=(
         Parameter(
             "rate_per_s",
-            Quantity.RATE,
+            Quantity.RUN_RATE,
             "relative change of the gain per second at the start",
             -0.05,
             0.05,
@@ -30,7 +30,7 @@ EFFECT = Effect(
         ),
         Parameter(
             "settling_s",
-            Quantity.TIME,
+            Quantity.RUN_TIME,
             "time constant with which the drift settles, 0 for never",
             0.0,
             600.0,
@@ -38,7 +38,13 @@ EFFECT = Effect(
             optional=True,
         ),
         Parameter(
-            "onset_s", Quantity.TIME, "time of the run at which it begins", 0.0, 3600.0, (0.0, 5.0, 15.0), optional=True
+            "onset_s",
+            Quantity.RUN_TIME,
+            "time of the run at which it begins",
+            0.0,
+            3600.0,
+            (0.0, 5.0, 15.0),
+            optional=True,
         ),
         Parameter(
             "swing",
@@ -62,7 +68,7 @@ EFFECT = Effect(
         ),
         Parameter(
             "period_s",
-            Quantity.TIME,
+            Quantity.RUN_TIME,
             "period of that swing",
             15.0,
             600.0,

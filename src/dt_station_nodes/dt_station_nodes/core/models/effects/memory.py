@@ -26,7 +26,7 @@ EFFECT = Effect(
         Parameter("share", Quantity.RATIO, "share that comes late, negative where it fades", -3.0, 0.95, (0.1, -0.1)),
         Parameter(
             "slowest_s",
-            Quantity.TIME,
+            Quantity.RUN_TIME,
             "slowest of four time constants, each a third of the next",
             0.1,
             60.0,

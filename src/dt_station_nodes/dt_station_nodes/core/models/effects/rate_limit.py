@@ -32,6 +32,25 @@ def _soft(s: Doubles, value: float, scale: float, ratio: float) -> float:
     return value - (gap + 4.0 * half + end) / 6.0
 
 
+@njit(cache=True)
+def _inside(s: Doubles, value: float, rate: float, lag: float, h: float) -> float:
+    """A first-order loop of time constant `lag` whose speed is limited, as the input of that lag without the limit.
+
+    Where the loop does not slew this is the voltage itself; the mean over the sub-step, exactly.
+    """
+    gap = value - s[0]
+    most = rate * lag
+    if abs(gap) <= most:
+        s[0] = value - gap * math.exp(-h / lag)
+        return value
+    slewing = min((abs(gap) - most) / rate, h) if rate > 0.0 else h
+    ramp = math.copysign(rate, gap)
+    seen = s[0] + 0.5 * ramp * slewing + math.copysign(most, gap)
+    gap = (gap - ramp * slewing) * math.exp(-(h - slewing) / lag)
+    s[0] = value - gap
+    return value + (seen - value) * slewing / h
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[1] == 0.0:
@@ -39,6 +58,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[0] = value
     wanted = value - s[0]
     rate = p[0] * (1.0 + p[2] if wanted > 0.0 else 1.0 - p[2])
+    if p[3] > 1e-6:
+        return _inside(s, value, rate, p[3], c[SUBSTEP])
     if p[1] > 1e-6:
         return _soft(s, value, rate * p[1], c[SUBSTEP] / p[1])
     most = rate * c[SUBSTEP]
@@ -81,6 +102,15 @@ EFFECT = Effect(
             -0.95,
             0.95,
             (-0.5, 0.5),
+            optional=True,
+        ),
+        Parameter(
+            "loop_s",
+            Quantity.TIME,
+            "time constant of the loop in the path whose speed is limited, 0: the limit lies before the path",
+            0.0,
+            1.0,
+            (0.05,),
             optional=True,
         ),
     ),
