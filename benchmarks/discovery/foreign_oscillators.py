@@ -15,8 +15,9 @@ def _spring(u: Array, h: float, c: float, k: float, cubic: float, quadratic: flo
     for i in range(len(u)):
         y[i] = x
         for _ in range(FINE):
-            v += h * (u[i] - c * v - k * x - cubic * x**3 - quadratic * x * abs(x))
-            x += h * v
+            x += 0.5 * h * v
+            v += h * (u[i] - k * x - cubic * x**3 - quadratic * x * abs(x) - c * v) / (1.0 + 0.5 * h * c)
+            x += 0.5 * h * v
     return y
 
 

@@ -54,6 +54,17 @@ def test_single_effect_is_named_and_the_gap_falls_to_the_noise(name, channel):
     assert result.gap.validation_before[place].rms > 1.2 * result.gap.validation_after[place].rms
 
 
+@pytest.mark.parametrize("pace", [0.005, 1.0, 500.0])
+def test_a_rig_of_any_pace_is_read_alike(pace):
+    """Only the clock differs: from a fast magnet to a slow oven the same effect is found, its times so much longer."""
+    run = make(Case(effects=(("extra_lag", "pressure", 1.0),), seconds=24.0))
+    rig = Run(run.sample_time_s * pace, run.signals)
+    path = PAPER.paths[Channel.PRESSURE].model_copy(update={"time_scale": pace})
+    result = discover(rig, PAPER.model_copy(update={"paths": {Channel.PRESSURE: path}}))
+    assert [e.name for e in result.effects] == ["extra_lag"]
+    assert result.effects[0].parameters["time_constant_s"].value == pytest.approx(0.05 * pace, rel=0.2)
+
+
 def test_two_effects_are_both_named():
     run = make(Case(effects=(("dead_zone", "position", 1.0), ("delay", "position", 1.0)), seconds=24.0))
     result = discover(run, only("position"))

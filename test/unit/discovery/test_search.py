@@ -36,7 +36,7 @@ def problem() -> Problem:
 
 
 def test_all_starts_try_every_value_of_every_parameter(problem: Problem) -> None:
-    for candidate in library(Channel.POSITION):
+    for candidate in library(Channel.POSITION, apart=False):
         paths = all_starts(problem, PAPER.paths[Channel.POSITION], candidate, problem.measured)
         assert 0 < len(paths) <= 150
         given = [path.effects[-1].parameters for path in paths]
@@ -61,3 +61,5 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert Candidate("friction") in library(Channel.POSITION)
     assert Candidate("friction") not in library(Channel.PRESSURE)
     assert Candidate("leakage") in library(Channel.PRESSURE)
+    apart = [c for c in library(Channel.POSITION) if c not in library(Channel.POSITION, apart=False)]
+    assert [(c.name, "knee" in c.required, "knee" in c.optional) for c in apart] == [("saturation", True, False)]

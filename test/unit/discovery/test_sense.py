@@ -47,6 +47,7 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
     ("name", "is_one", "is_none"),
     [
         ("dead_zone", {"half_width_v": 0.3, "centre_v": 0.2}, {"half_width_v": 0.3, "centre_v": 0.9}),
+        ("hysteresis", {"half_width_v": 0.3}, {"half_width_v": 40.0}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 4.0, "damping": 0.45}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 23.0, "damping": 0.1}),
         ("asymmetric_gain", {"asymmetry": -0.3}, {"asymmetry": -0.9}),

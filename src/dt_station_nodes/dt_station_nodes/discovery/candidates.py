@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
-from ..core.models.effects import Attachment, Effect, Quantity, registry
+from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
 from .problem import Problem, effect_term, unit_of
 from .terms import Hypothesis, Term
 
@@ -25,10 +25,11 @@ _MOST_PAIRS = 150
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """An effect at a place (None: its usual one)."""
+    """An effect at a place (None: its usual one), in its plain form or in one `apart` from it."""
 
     name: str
     at: Attachment | None = None
+    apart: bool = False
 
     @property
     def effect(self) -> Effect:
@@ -37,22 +38,26 @@ class Candidate:
 
     @property
     def required(self) -> tuple[str, ...]:
-        """Parameters of the plain form."""
-        return tuple(p.name for p in self.effect.parameters if not p.optional or p.tried_first)
+        """Parameters of the form."""
+        return tuple(p.name for p in self.effect.parameters if self._needs(p))
 
     @property
     def optional(self) -> tuple[str, ...]:
-        """Parameters that refine the form."""
-        return tuple(p.name for p in self.effect.parameters if p.optional and not p.tried_first)
+        """Parameters that refine it."""
+        return tuple(p.name for p in self.effect.parameters if not self._needs(p))
+
+    def _needs(self, parameter: Parameter) -> bool:
+        return not parameter.optional or parameter.tried_first or (self.apart and parameter.apart)
 
 
-def library(channel: Channel) -> tuple[Candidate, ...]:
-    """Every effect that can act on a channel, at every place it may have."""
+def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
+    """Every effect that can act on a channel, at every place it may have; with their forms apart if so wanted."""
     found = []
     for name, effect in registry().items():
         # Play belongs to a linkage; in a pressure valve it could only be another word for hysteresis.
         if channel in effect.channels and (name, channel) != ("backlash", Channel.PRESSURE):
             found += [Candidate(name, at) for at in (None, *(effect.also if channel in effect.also_on else ()))]
+            found += [Candidate(name, apart=True)] * (apart and any(p.apart for p in effect.parameters))
     return tuple(found)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .candidates import in_vocabulary
-from .choice import SEEN, Measure, alternatives, best_set, certain, recurring, take_measure
+from .choice import SEEN, Measure, alternatives, best_set, certain, contains, recurring, take_measure
 from .growth import MOST, Growth
 from .noise import effective_samples, whiteness
 from .parsimony import simplified
@@ -26,8 +26,11 @@ ENOUGH_TO_REFIT = 12.0
 WORTH_NULL = 0.02  # of the noise power: a white gap smaller than this is not looked into
 NULL_WHITE = 1.8
 SAME = 6.0  # closer candidates are reported as one set
+TRIFLE = 40.0  # so much more a form outside the vocabulary must tell where next to nothing is left
 MOSTLY = 0.5  # of the gap: what leaves more of it is not what is missing
+MISSES = 0.12  # of the signal, RMS: what misses more of it has not been understood
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
+ROUGH_FORM = 0.01  # of the signal: a linear path refitted as a whole that misses less has nothing to explain
 ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise
 REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
@@ -118,10 +121,16 @@ def examine(
     return _decide(bench, given, null, known, interrupted)
 
 
+def _fits(null: Explanation, measure: Measure) -> bool:
+    """Whether a linear path refitted to rough data leaves no more than its form: timing within a sample, say."""
+    residual, signal = null.fit.residual, measure.bench.problem.signal
+    return measure.rough and float(residual @ residual) < len(residual) * (ROUGH_FORM * signal) ** 2
+
+
 def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> Verdict:
     """The verdict where no effect earns a name."""
     problem = bench.problem
-    over = measure.left(null) if measure.seen(null) else 0.0
+    over = measure.left(null) if measure.seen(null) and not _fits(null, measure) else 0.0
     unlike_noise = whiteness(null.fit.residual) > NOT_WHITE
     if over > 1.0 * measure.noise or (over > 0.25 * measure.noise and unlike_noise):
         return Verdict.UNEXPLAINED
@@ -139,7 +148,8 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     measure = take_measure(bench, known)
     seen = measure.seen(null)
     best = best_set(null, known, measure) if seen or measure.bent(null) else null
-    if seen and not measure.rough and measure.left(best) > MOSTLY * measure.left(null):
+    fine = not measure.rough or _fits(null, measure)
+    if seen and fine and measure.left(best) > MOSTLY * measure.left(null):
         best = null
     mine = measure.score(best)
     gap = max(measure.left(null), 1e-9)
@@ -148,7 +158,10 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     rival = ""
     peers: list[tuple[float, Explanation]] = []
     if best.added:
-        ahead = [e for behind, e in scored if not e.inside and behind < -SAME and len(e.added) <= len(best.added)]
+        # Where a name leaves next to nothing, a little more that a stranger explains is not what was asked.
+        lead = SAME if left > DOUBT_SHARE * gap else TRIFLE
+        strange = [(behind, e) for behind, e in scored if not e.inside and len(e.added) <= len(best.added)]
+        ahead = [e for behind, e in strange if behind < (-lead if measure.rough or contains(e, best) else SAME)]
         if ahead:
             rival = next(name for name in ahead[0].added if not in_vocabulary(name))
         rivals = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]
@@ -166,7 +179,8 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         doubted = left > max(LEFT_NOISE * measure.noise, DOUBT_SHARE * gap) and any(
             behind < -DOUBT and measure.left(e) < DOUBT_LEAVES * left for behind, e in others
         )
-        verdict = Verdict.UNEXPLAINED if rival or unexplained or doubted else Verdict.NAMED
+        missed = not measure.rough and measure.missed(best) > MISSES
+        verdict = Verdict.UNEXPLAINED if rival or unexplained or doubted or missed else Verdict.NAMED
     else:
         verdict = _silent(bench, given, null, measure)
     # Between forms that both miss as much as they miss of the truth, a likelihood decides nothing.

@@ -22,7 +22,7 @@ TOGETHER = 3.0  # times as much for a pair of which neither earns its name alone
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
 WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
 BENT = 12.0  # priors of the nominal parameters, twice the log
-WORTH_SAYING = 0.004  # one that is worth less than this is the form of the former ones
+WORTH_SAYING = 0.004  # one that is worth less than this is the form of the former ones, unless it leaves nothing
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.05  # must leave next to nothing of it
 EVIDENT = (0.003, 0.02)  # of the signal: RMS that it explains on the run, or else on the validation run
@@ -64,10 +64,18 @@ class Measure:
 
     def seen(self, explanation: Explanation) -> bool:
         """Whether an explanation leaves more than form error and the measured load's errors on any run."""
-        for problem, power, floor in zip(self.bench.problems, explanation.powers, self.floors, strict=True):
-            if power / len(problem.measured) - floor > (SEEN * problem.negligible) ** 2:
-                return True
-        return False
+        gaps = self.gaps(explanation)
+        return any(gap > (SEEN * p.negligible) ** 2 for p, gap in zip(self.bench.problems, gaps, strict=True))
+
+    def missed(self, explanation: Explanation) -> float:
+        """What an explanation misses beyond noise, RMS, of the signal of the run where that is most."""
+        gaps = zip(self.bench.problems, self.gaps(explanation), strict=True)
+        return max(max(gap, 0.0) ** 0.5 / p.signal for p, gap in gaps)
+
+    def gaps(self, explanation: Explanation) -> list[float]:
+        """Mean squares beyond noise (unit^2) on each run."""
+        runs = zip(self.bench.problems, explanation.powers, self.floors, strict=True)
+        return [power / len(p.measured) - floor for p, power, floor in runs]
 
 
 def take_measure(bench: Bench, known: list[Explanation]) -> Measure:
@@ -87,6 +95,12 @@ def alternatives(best: Explanation, peers: list[tuple[float, Explanation]]) -> t
             if instead[0] not in found[place]:
                 found[place].append(instead[0])
     return tuple(tuple(names) for names in found)
+
+
+def contains(stranger: Explanation, best: Explanation) -> bool:
+    """Whether the names of the best set are special cases of what stands outside the vocabulary in another."""
+    special = {case for name in stranger.added for case in registry()[name].special_cases}
+    return set(best.added) <= set(stranger.added) | special
 
 
 def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> Explanation:
@@ -208,9 +222,8 @@ def _evident(best: Explanation, leader: Explanation, measure: Measure) -> bool:
 
 def could_add(explanation: Explanation, measure: Measure) -> bool:
     """Whether what an explanation leaves of the runs is enough for a further effect to be evident."""
-    left = zip(measure.bench.problems, explanation.powers, measure.floors, strict=True)
-    shares = [(power / len(p.measured) - floor) / p.signal**2 for p, power, floor in left]
-    return any(share > least**2 for share, least in zip(shares, EVIDENT, strict=False))
+    gaps = zip(measure.bench.problems, measure.gaps(explanation), EVIDENT, strict=False)
+    return any(gap > (least * p.signal) ** 2 for p, gap, least in gaps)
 
 
 def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Measure) -> bool:
@@ -226,6 +239,7 @@ def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Me
     if before <= WORTH_NOISE * measure.noise or not _evident(best, leader, measure):
         return False
     if before < measure.noise and before - after < WORTH_SAYING * measure.left(null):
-        return False
+        # A mended form leaves something, what was missing leaves nothing.
+        return after <= SMALL_LEAVES * before
     small = before - after < SMALL_SHARE * measure.left(null)
     return after <= (SMALL_LEAVES if small else NEXT_LEAVES) * before + 0.03 * measure.noise

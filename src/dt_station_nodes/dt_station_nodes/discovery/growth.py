@@ -7,7 +7,6 @@ from .neighbours import exchange, reduced
 from .search import distinct, scan
 from .selection import Bench, Explanation
 
-WORTH_SHARE = 0.0008  # of the gap: less is not looked into
 MORE_LEAVES = 0.6  # a third effect is tried only where the second left at most this
 BEAM = 3
 LIKELY = 10.0  # times what the best leaves: what leaves more is not what an effect is added to
@@ -49,7 +48,7 @@ class Growth:
     def _worth_more(self, leader: Explanation, measure: Measure) -> bool:
         # A form outside the vocabulary that leaves nothing ends the search too: more names would only mimic it.
         left, gap = min(measure.left(e) for e in self._known), measure.left(self._null)
-        if not measure.bent(leader) and left <= max(WORTH_NOISE * measure.noise, WORTH_SHARE * gap):
+        if not measure.bent(leader) and left <= WORTH_NOISE * measure.noise:
             return False
         if not (measure.rough or measure.bent(leader) or could_add(leader, measure)):
             return False

@@ -22,11 +22,11 @@ from .candidates import (
 )
 from .hypothesis_fit import fit_hypothesis
 from .selection import Bench, Explanation, penalised
+from .start_groups import by_frequency, unbent
 from .terms import Hypothesis
 
 Array = NDArray[np.float64]
 
-NEAR = 0.5  # of their priors' widths: nominal parameters bent no further are where they were given
 SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
 
 
@@ -66,16 +66,7 @@ def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypoth
     paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual)
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
-    return starts, _unbent(bench, starts), hypotheses[0]
-
-
-def _unbent(bench: Bench, starts: list[Array]) -> list[Array]:
-    """The same starts with the nominal parameters as given; none where they are there already."""
-    centres = np.array([term.centre for term in bench.nominal])
-    widths = np.array([term.prior for term in bench.nominal])
-    if np.all(np.abs(starts[0][: len(centres)] - centres) <= NEAR * widths):
-        return []
-    return [np.concatenate([centres, x[len(centres) :]]) for x in starts]
+    return starts, unbent(bench.nominal, starts), hypotheses[0]
 
 
 def _plain(bench: Bench, task: _Task) -> _Task:
@@ -83,25 +74,13 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     problem, base, candidate = bench.problem, task.base, task.candidate
     starts, near, like = _starts(bench, task)
     groups = [(starts if task.seen is None else [task.seen.fit.fitted.x], 2), (near, 2)]
-    groups += [(apart, 1) for apart in _by_frequency(like, starts)]
+    groups += [(apart, 1) for apart in by_frequency(like, starts)]
     if len(base.added) == 1:
         groups.append((pair_starts(problem, base.fit.path, candidate, base.fit.residual, like), 2))
     fits = [fit_hypothesis(problem, like, group, bench.iterations, keep) for group, keep in groups if group]
     fit = min(fits, key=lambda f: f.fitted.cost)
     found = bench.explained(fit, task.added, {**task.freed, candidate.name: candidate.required}, glance=True)
     return replace(task, seen=bench.judged(found))
-
-
-def _by_frequency(like: Hypothesis, starts: list[Array]) -> list[list[Array]]:
-    """Starts of one frequency each, where the candidate has one: between them there is no way down."""
-    last = len(like.path.effects) - 1
-    place = next((i for i, t in enumerate(like.terms) if t.effect == last and t.name == "frequency_hz"), None)
-    if place is None:
-        return []
-    apart: dict[float, list[Array]] = {}
-    for x in starts:
-        apart.setdefault(float(x[place]), []).append(x)
-    return list(apart.values())
 
 
 def _refined(bench: Bench, task: _Task) -> _Task:
@@ -126,7 +105,7 @@ def _form(
     freed = {**task.freed, task.candidate.name: task.candidate.required + optional}
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
-    fit = fit_hypothesis(bench.problem, hypotheses[0], [*starts, *_unbent(bench, starts)], iterations, keep)
+    fit = fit_hypothesis(bench.problem, hypotheses[0], [*starts, *unbent(bench.nominal, starts)], iterations, keep)
     return bench.explained(fit, task.added, freed, glance=True)
 
 
@@ -199,7 +178,8 @@ def scan(bench: Bench, bases: Iterable[Explanation], most: int, finest: int) -> 
 
     All are glanced at, the best `most` of them fitted, the best `finest` of these in their refined form too.
     """
-    pool = library(bench.problem.channel)
+    # Rough data have shallow minima: all that is fitted there is fitted refined, which a form apart would only disturb.
+    pool = library(bench.problem.channel, apart=not bench.rough)
     tasks = [_Task(base, c) for base in bases for c in pool if c.name not in base.added]
     chosen, _ = _best(_each(bench, _glance, tasks), most)
     finer, others = _best(_each(bench, _plain, chosen), finest)
@@ -222,7 +202,8 @@ def scan_whole(bench: Bench, bases: Iterable[Explanation], most: int) -> list[Ex
 
     Where the plain form of an effect explains nothing, no step leads from it to the form that does.
     """
-    tasks = [_Task(b, c) for b in bases for c in library(bench.problem.channel) if c.name not in b.added and c.optional]
+    pool = [c for c in library(bench.problem.channel, apart=False) if c.optional]
+    tasks = [_Task(base, c) for base in bases for c in pool if c.name not in base.added]
     chosen, _ = _best(_each(bench, partial(_whole, iterations=3, keep=1), tasks), most)
     fitted = _each(bench, _settled, _each(bench, partial(_whole, iterations=bench.iterations, keep=3), chosen))
     found = [task.seen for task in fitted if task.seen is not None]

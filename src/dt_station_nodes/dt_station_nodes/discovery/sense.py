@@ -7,6 +7,7 @@ from .selection import Explanation
 
 MOST_DAMPED = 0.42
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
+WIDEST_LOOP = 0.95  # of the voltage
 QUICKEST_MODE = 0.39  # of the sampling frequency
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
 
@@ -17,6 +18,8 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
         return False
     if "dead_zone" in explanation.added and not _about_zero(explanation):
         return False
+    if "hysteresis" in explanation.added and not _passes(explanation, problem):
+        return False
     if "resonance" in explanation.added and not _rings(explanation, problem.simulator.sample_time_s):
         return False
     if "cubic_stiffness" in explanation.added and not _hardens(explanation, problem):
@@ -24,6 +27,12 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
     if "leakage" in explanation.added and problem.channel is Channel.PRESSURE and not _loses(explanation):
         return False
     return not ("asymmetric_gain" in explanation.added and _one_sided(explanation))
+
+
+def _passes(explanation: Explanation, problem: Problem) -> bool:
+    """Whether the voltage gets through a loop: one as wide as all of it lets nothing pass."""
+    loop = next(e for e in explanation.fit.path.effects if e.name == "hysteresis").parameters
+    return loop["half_width_v"] < WIDEST_LOOP * problem.scales[Quantity.INPUT]
 
 
 def _rings(explanation: Explanation, sample_time_s: float) -> bool:

@@ -50,7 +50,8 @@ class Parameter:
     value, in the parameter's own unit, at which it changes nothing. An `optional` parameter refines the form and stays
     neutral unless a model sets it or a fit frees it. The effect is present where a parameter that `acts_alone` (None:
     every one that is not optional) is off its neutral value. One `tried_first` is optional in a model, but a fit frees
-    it from the start. `usual` values are a choice of form, no measured number: a fit that ends near one is tried there.
+    it from the start; one `apart` makes a form of its own, to which no fit finds the way from the plain one. `usual`
+    values are a choice of form, no measured number: a fit that ends near one is tried there.
     """
 
     name: str
@@ -63,6 +64,7 @@ class Parameter:
     optional: bool = False
     acts_alone: bool | None = None
     tried_first: bool = False
+    apart: bool = False
     usual: tuple[float, ...] = ()
 
     @property
@@ -85,7 +87,7 @@ class Effect:
     `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample. `also` lists
     places other than `attachment` where a model may put it, tried by discovery on the channels of `also_on`. Effects
     outside the `vocabulary` are never named by discovery: they stand for behaviour that must not be mistaken for a
-    named effect.
+    named effect; those that they are at one end of their range are their `special_cases`.
     """
 
     name: str
@@ -101,6 +103,7 @@ class Effect:
     also: tuple[Attachment, ...] = ()
     also_on: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
     vocabulary: bool = True
+    special_cases: tuple[str, ...] = ()
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name; KeyError if there is none."""

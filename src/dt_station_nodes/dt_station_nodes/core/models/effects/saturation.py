@@ -38,7 +38,7 @@ EFFECT = Effect(
             "highest voltage that still counts",
             -1.5,
             3.0,
-            (-0.1, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 1.3),
+            (-0.1, 0.06, 0.15, 0.3, 0.5, 0.7, 0.85, 0.95, 1.3, 2.0),
             neutral=1e9,
         ),
         Parameter(
@@ -47,7 +47,7 @@ EFFECT = Effect(
             "lowest voltage that still counts",
             -3.0,
             1.5,
-            (-1.3, -0.95, -0.85, -0.7, -0.5, -0.3, -0.15, -0.06, 0.1),
+            (-2.0, -1.3, -0.95, -0.85, -0.7, -0.5, -0.3, -0.15, -0.06, 0.1),
             neutral=-1e9,
         ),
         Parameter(
@@ -61,6 +61,7 @@ EFFECT = Effect(
             1.0,
             (0.15, 0.4),
             optional=True,
+            apart=True,
         ),
     ),
     step=_step,

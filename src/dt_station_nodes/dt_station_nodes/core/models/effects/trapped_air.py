@@ -38,4 +38,5 @@ EFFECT = Effect(
     state_size=2,
     sub_stepped=True,
     vocabulary=False,
+    special_cases=("extra_lag",),
 )

@@ -1,0 +1,33 @@
+"""Starts of a fit in groups: between them there is no way down, so each group is begun from its own best."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .terms import Hypothesis, Term
+
+Array = NDArray[np.float64]
+
+NEAR = 0.5  # of their priors' widths: nominal parameters bent no further are where they were given
+
+
+def unbent(nominal: Sequence[Term], starts: list[Array]) -> list[Array]:
+    """The same starts with the nominal parameters as given; none where they are there already."""
+    centres = np.array([term.centre for term in nominal])
+    widths = np.array([term.prior for term in nominal])
+    if np.all(np.abs(starts[0][: len(centres)] - centres) <= NEAR * widths):
+        return []
+    return [np.concatenate([centres, x[len(centres) :]]) for x in starts]
+
+
+def by_frequency(like: Hypothesis, starts: list[Array]) -> list[list[Array]]:
+    """Starts of one frequency each, where the candidate has one: between them there is no way down."""
+    last = len(like.path.effects) - 1
+    place = next((i for i, t in enumerate(like.terms) if t.effect == last and t.name == "frequency_hz"), None)
+    if place is None:
+        return []
+    apart: dict[float, list[Array]] = {}
+    for x in starts:
+        apart.setdefault(float(x[place]), []).append(x)
+    return list(apart.values())
