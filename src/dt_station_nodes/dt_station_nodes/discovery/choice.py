@@ -22,7 +22,8 @@ TOGETHER = 3.0  # times as much for a pair of which neither earns its name alone
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
 WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
 BENT = 12.0  # priors of the nominal parameters, twice the log
-WORTH_SAYING = 0.004  # one that is worth less than this is the form of the former ones, unless it leaves nothing
+WORTH_SAYING = 0.004  # one that is worth less than this is the form of the former ones,
+FAINT_LEAVES = 0.25  # unless it leaves at most this much of what they left
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.05  # must leave next to nothing of it
 EVIDENT = (0.003, 0.02)  # of the signal: RMS that it explains on the run, or else on the validation run
@@ -239,7 +240,7 @@ def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Me
     if before <= WORTH_NOISE * measure.noise or not _evident(best, leader, measure):
         return False
     if before < measure.noise and before - after < WORTH_SAYING * measure.left(null):
-        # A mended form leaves something, what was missing leaves nothing.
-        return after <= SMALL_LEAVES * before
+        # A mended form leaves much of it, what was missing takes most of it away.
+        return after <= FAINT_LEAVES * before
     small = before - after < SMALL_SHARE * measure.left(null)
     return after <= (SMALL_LEAVES if small else NEXT_LEAVES) * before + 0.03 * measure.noise
