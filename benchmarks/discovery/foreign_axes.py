@@ -96,7 +96,7 @@ def _servos() -> list[Rig]:
     made = []
     dry = names("friction")
     made.append(_axis_rig("DC motor, linear (1 kHz)", 1e-3, 20.0, names()))
-    made.append(_axis_rig("DC motor, dry friction, encoder (1 kHz)", 1e-3, 20.0, names("friction"), 1e-3, dry=0.15))
+    made.append(_axis_rig("DC motor, dry friction, encoder (1 kHz)", 1e-3, 20.0, dry, 1e-3, dry=0.15))
     made.append(_axis_rig("DC motor, dead zone (2 ms)", 2e-3, 20.0, names("dead_zone"), dead=0.15))
     made.append(_axis_rig("ball screw, play (1 kHz)", 1e-3, 20.0, names("backlash"), play=0.05))
     made.append(_axis_rig("servo, dry friction (0.1 ms, 10 s)", 1e-4, 10.0, dry, dry=0.15))

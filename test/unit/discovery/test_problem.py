@@ -6,8 +6,9 @@ import numpy as np
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PlantModel
+from dt_station_nodes.core.models.effects import registry
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.problem import effect_term, make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
 
 PAPER = ModelSpec.from_yaml((Path(__file__).resolve().parents[3] / "config/models/paper.yaml").read_text())
@@ -53,3 +54,18 @@ def test_noise_of_the_measured_load_counts_as_no_gap():
     problem = problem_of(station_run(load_noise_pa=5e4), Channel.POSITION)
     assert np.std(problem.residual(PAPER.paths[Channel.POSITION])) < 1.5 * problem.inherited
     assert problem.inherited > 2.0 * problem_of(station_run(), Channel.POSITION).inherited
+
+
+def test_modes_are_looked_for_up_to_what_the_samples_can_show():
+    """The same rows, said to come ten times as fast or a hundred times as slow, on the path that they had."""
+    run = station_run()
+    frequency = registry()["resonance"].parameter("frequency_hz")
+
+    def highest_hz(sample_s: float) -> float:
+        problem = problem_of(Run(sample_s, run.signals), Channel.POSITION)
+        return effect_term(problem, 0, frequency, None).bounds[1]
+
+    as_usual = highest_hz(STEP_S)
+    assert np.isclose(np.exp(as_usual), 20.0)
+    assert np.isclose(np.exp(highest_hz(0.1 * STEP_S)), 200.0)
+    assert np.exp(highest_hz(100.0 * STEP_S)) < 2.0

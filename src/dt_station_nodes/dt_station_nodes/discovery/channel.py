@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .candidates import in_vocabulary
-from .choice import SEEN, Measure, alternatives, best_set, certain, contains, recurring, take_measure
+from .choice import SEEN, Measure, alternatives, best_set, certain, recurring, take_measure
 from .growth import MOST, Growth
 from .noise import effective_samples, whiteness
 from .parsimony import simplified
@@ -17,6 +16,7 @@ from .result import Verdict
 from .search import StoppedError, distinct, scan, scan_whole
 from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .settings import DiscoverySettings
+from .strangers import SAME, stranger
 from .terms import nominal_terms
 
 Array = NDArray[np.float64]
@@ -25,8 +25,6 @@ Array = NDArray[np.float64]
 ENOUGH_TO_REFIT = 12.0
 WORTH_NULL = 0.02  # of the noise power: a white gap smaller than this is not looked into
 NULL_WHITE = 1.8
-SAME = 6.0  # closer candidates are reported as one set
-TRIFLE = 40.0  # so much more a form outside the vocabulary must tell where next to nothing is left
 MOSTLY = 0.5  # of the gap: what leaves more of it is not what is missing
 MISSES = 0.12  # of the signal, RMS: what misses more of it has not been understood
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
@@ -51,7 +49,7 @@ class Finding:
     """What one channel says. `given`: residual (n,) of the given model; `sigma`: noise, unit of the channel.
 
     `alternatives[i]` are names that could stand for the i-th added effect; `rival` a form outside the
-    vocabulary that explains the gap better than all names; `excess` what is left of the gap, of its start.
+    vocabulary that makes them doubtful; `excess` what is left of the gap, of its start.
     """
 
     problem: Problem
@@ -158,12 +156,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     rival = ""
     peers: list[tuple[float, Explanation]] = []
     if best.added:
-        # Where a name leaves next to nothing, a little more that a stranger explains is not what was asked.
-        lead = SAME if left > DOUBT_SHARE * gap else TRIFLE
-        strange = [(behind, e) for behind, e in scored if not e.inside and len(e.added) <= len(best.added)]
-        ahead = [e for behind, e in strange if behind < (-lead if measure.rough or contains(e, best) else SAME)]
-        if ahead:
-            rival = next(name for name in ahead[0].added if not in_vocabulary(name))
+        rival = stranger(best, scored, trifling=left <= DOUBT_SHARE * gap, rough=measure.rough)
         rivals = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]
         # One that is there only in name, its effect fitted to nothing, is no other explanation.
         peers = [p for p in rivals if p[0] > SAME or certain(p[1], measure)]

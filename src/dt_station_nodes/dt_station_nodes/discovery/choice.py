@@ -98,12 +98,6 @@ def alternatives(best: Explanation, peers: list[tuple[float, Explanation]]) -> t
     return tuple(tuple(names) for names in found)
 
 
-def contains(stranger: Explanation, best: Explanation) -> bool:
-    """Whether the names of the best set are special cases of what stands outside the vocabulary in another."""
-    special = {case for name in stranger.added for case in registry()[name].special_cases}
-    return set(best.added) <= set(stranger.added) | special
-
-
 def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> Explanation:
     """The smallest set of nameable effects that no larger one beats clearly."""
     best = null

@@ -5,9 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ..core.channels import Channel
-from .channel import SAME, Finding
+from .channel import Finding
 from .result import Gap, NamedEffect, Verdict
 from .selection import Explanation
+from .strangers import SAME
 
 # What is left of the confidence in a name that better sets do without, or that an unfinished search gives.
 DOUBTED = 0.5

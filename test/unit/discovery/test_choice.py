@@ -1,0 +1,77 @@
+"""Which set is named, by what each leaves of a run: the explanations here leave what the tests say."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from cases import Case, make
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.discovery import Verdict
+from dt_station_nodes.discovery.channel import _decide
+from dt_station_nodes.discovery.choice import Measure, best_set
+from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
+from dt_station_nodes.discovery.settings import DiscoverySettings
+from dt_station_nodes.discovery.terms import nominal_terms
+
+PAPER = ModelSpec.from_yaml((Path(__file__).resolve().parents[3] / "config/models/paper.yaml").read_text())
+
+
+@pytest.fixture(scope="module")
+def fitted() -> tuple[Measure, Explanation]:
+    """A run in which nothing is missing, its null, and the measure that this gives."""
+    path = PAPER.paths[Channel.POSITION]
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.POSITION, DiscoverySettings())
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    null = fit_null(bench, path)
+    return Measure(bench, bench.floors(null), float(len(problem.measured)), rough=False), null
+
+
+def leaving(fitted: tuple[Measure, Explanation], noises: float, *names: str) -> Explanation:
+    """A set that leaves so many times the noise power."""
+    measure, null = fitted
+    problem = measure.bench.problem
+    unit = measure.floors[0] + problem.negligible**2
+    power = measure.noise * (1.0 + noises) * unit - len(problem.measured) * problem.negligible**2
+    found = replace(null, added=names, powers=(power,))
+    assert measure.left(found) == pytest.approx(noises * measure.noise)
+    return found
+
+
+@pytest.mark.parametrize(("left", "both"), [(0.0, True), (0.1, True), (0.2, False), (0.45, False)])
+def test_beside_a_large_effect_a_faint_one_is_named_where_it_takes_most_of_what_was_left(
+    fitted: tuple[Measure, Explanation], left: float, both: bool
+) -> None:
+    null, one = leaving(fitted, 1000.0), leaving(fitted, 0.5, "delay")
+    two = leaving(fitted, left, "delay", "rate_limit")
+    best = best_set(null, [null, one, two], fitted[0])
+    assert best.added == (("delay", "rate_limit") if both else ("delay",))
+
+
+def test_what_is_missed_is_a_share_of_the_signal(fitted: tuple[Measure, Explanation]) -> None:
+    measure, null = fitted
+    problem = measure.bench.problem
+    power = len(problem.measured) * (measure.floors[0] + (0.2 * problem.signal) ** 2)
+    assert measure.missed(replace(null, powers=(power,))) == pytest.approx(0.2)
+    assert measure.missed(replace(null, powers=(0.5 * len(problem.measured) * measure.floors[0],))) == 0.0
+    assert np.isfinite(measure.missed(null))
+
+
+@pytest.mark.parametrize(("share", "verdict"), [(0.1, Verdict.NAMED), (0.15, Verdict.UNEXPLAINED)])
+def test_what_misses_an_eighth_of_the_signal_is_not_named(
+    fitted: tuple[Measure, Explanation], share: float, verdict: Verdict
+) -> None:
+    measure, null = fitted
+    problem = measure.bench.problem
+    before, after = (
+        replace(null, added=names, powers=(len(problem.measured) * (gap * problem.signal) ** 2,))
+        for names, gap in (((), 5.0), (("delay",), share))
+    )
+    assert _decide(measure.bench, null.fit.residual, before, [before, after], interrupted=False).verdict is verdict

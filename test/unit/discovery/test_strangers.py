@@ -1,0 +1,52 @@
+"""A form outside the vocabulary that explains as much makes a name doubtful; one that holds the name must do more."""
+
+from typing import Any, cast
+
+import pytest
+
+from dt_station_nodes.discovery.selection import Explanation
+from dt_station_nodes.discovery.strangers import stranger
+
+
+def named(*names: str) -> Explanation:
+    """An explanation of which only its names count."""
+    return Explanation(cast(Any, None), names, {}, (1.0,))
+
+
+LIMIT = named("saturation")
+LAG = named("extra_lag")
+
+
+def ahead(best: Explanation, behind: float, other: Explanation, trifling: bool = False, rough: bool = False) -> str:
+    return stranger(best, [(behind, other), (0.0, best)], trifling, rough)
+
+
+@pytest.mark.parametrize(("behind", "name"), [(-50.0, "memory"), (1.5, "memory"), (6.5, "")])
+def test_a_stranger_that_ties_makes_a_name_doubtful(behind: float, name: str) -> None:
+    assert ahead(LIMIT, behind, named("memory")) == name
+
+
+@pytest.mark.parametrize(("behind", "name"), [(1.5, ""), (-5.0, ""), (-7.0, "trapped_air")])
+def test_one_that_holds_the_name_as_a_special_case_has_to_explain_more(behind: float, name: str) -> None:
+    assert ahead(LAG, behind, named("trapped_air")) == name
+
+
+def test_it_has_to_explain_much_more_where_next_to_nothing_is_left() -> None:
+    assert not ahead(LAG, -30.0, named("trapped_air"), trifling=True)
+    assert ahead(LAG, -41.0, named("trapped_air"), trifling=True) == "trapped_air"
+
+
+def test_it_holds_a_set_where_it_stands_for_the_name_that_is_missing() -> None:
+    both = named("dead_zone", "extra_lag")
+    assert not ahead(both, -1.0, named("dead_zone", "trapped_air"))
+    assert ahead(both, -1.0, named("backlash", "trapped_air")) == "trapped_air"
+
+
+def test_on_rough_data_any_stranger_has_to_explain_more() -> None:
+    assert not ahead(LIMIT, -5.0, named("memory"), rough=True)
+    assert ahead(LIMIT, -7.0, named("memory"), rough=True) == "memory"
+
+
+def test_larger_sets_and_names_are_no_strangers() -> None:
+    assert not ahead(LIMIT, -99.0, named("memory", "delay"))
+    assert not ahead(LIMIT, -99.0, named("delay"))
