@@ -19,7 +19,6 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 Freed = Mapping[str, tuple[str, ...]]
 
-_MOST_COMBINATIONS = 64
 _MOST_PAIRS = 150
 
 
@@ -80,7 +79,8 @@ def _spectral_peaks(residual: Array, sample_time_s: float, count: int = 3) -> li
     return peaks
 
 
-def _grid(problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array) -> list[float]:
+def grid(problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array) -> list[float]:
+    """Values that a parameter's fit begins from, on a path whose `residual` (n,) it shall explain."""
     parameter = candidate.effect.parameter(name)
     if parameter.quantity is Quantity.FREQUENCY:
         peaks = _spectral_peaks(residual, problem.simulator.sample_time_s)
@@ -112,7 +112,7 @@ def hypothesis(problem: Problem, path: PathSpec, nominal: tuple[Term, ...], free
 
 def plain_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
     """Paths with the candidate in its plain form at every combination of its starts."""
-    grids = [_grid(problem, path, candidate, p, residual) for p in candidate.required]
+    grids = [grid(problem, path, candidate, p, residual) for p in candidate.required]
     combinations = list(product(*grids))
     return [add_effect(path, candidate, dict(zip(candidate.required, c, strict=True))) for c in combinations]
 
@@ -138,49 +138,22 @@ def pair_starts(
             x = Hypothesis(ordered, like.terms).start()
             x[: len(home)] = home
             found.append(x)
-    return _drawn(found, _MOST_PAIRS)
-
-
-def single_starts(problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array) -> list[PathSpec]:
-    """Paths around a fitted plain form with one optional parameter at its neutral value and at its starts."""
-    spec = next(effect for effect in path.effects if effect.name == candidate.name)
-    values = dict.fromkeys([candidate.effect.parameter(name).neutral, *_grid(problem, path, candidate, name, residual)])
-    return [add_effect(path, candidate, {**spec.parameters, name: value}) for value in values]
-
-
-def refined_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
-    """Paths around a fitted plain form with the optional parameters at every combination of neutral and starts."""
-    spec = next(effect for effect in path.effects if effect.name == candidate.name)
-    starts = [_grid(problem, path, candidate, name, residual) for name in candidate.optional]
-    neutral = [candidate.effect.parameter(name).neutral for name in candidate.optional]
-    grids = [list(dict.fromkeys([n, *values])) for n, values in zip(neutral, starts, strict=True)]
-    if math.prod(len(grid) for grid in grids) > _MOST_COMBINATIONS:
-        grids = starts
-    combinations = _drawn(list(product(*grids)), _MOST_COMBINATIONS)
-    named = [dict(zip(candidate.optional, c, strict=True)) for c in combinations]
-    main = candidate.required[0]
-    # Another form may need another size: a dead zone that jumps open is wider than one that does not.
-    sizes = [1.0, 2.5, 6.0] if len(named) * 3 <= _MOST_COMBINATIONS else [1.0]
-    return [
-        add_effect(path, candidate, {**spec.parameters, **chosen, main: spec.parameters[main] * size})
-        for size in sizes
-        for chosen in named
-    ]
+    return drawn(found, _MOST_PAIRS)
 
 
 def all_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
     """Paths with the candidate at combinations of the starts of all its parameters, evenly drawn from where many."""
-    names = candidate.required + candidate.optional
+    names = candidate.required + tuple(p for p in candidate.optional if candidate.effect.parameter(p).starts)
     grids = []
     for name in names:
-        starts = _grid(problem, path, candidate, name, residual)
+        starts = grid(problem, path, candidate, name, residual)
         neutral = [candidate.effect.parameter(name).neutral] if name in candidate.optional else []
         grids.append(list(dict.fromkeys([*neutral, *starts])))
-    drawn = _drawn(list(product(*grids)), _MOST_PAIRS)
-    return [add_effect(path, candidate, dict(zip(names, c, strict=True))) for c in drawn]
+    combinations = drawn(list(product(*grids)), _MOST_PAIRS)
+    return [add_effect(path, candidate, dict(zip(names, c, strict=True))) for c in combinations]
 
 
-def _drawn(combinations: list[T], most: int) -> list[T]:
+def drawn(combinations: list[T], most: int) -> list[T]:
     """At most so many, evenly; a step that shares a factor with a grid would leave out values of it."""
     step = -(-len(combinations) // most)
     while math.gcd(step, len(combinations)) > 1:

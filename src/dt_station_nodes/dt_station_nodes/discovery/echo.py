@@ -11,7 +11,7 @@ from ..core.channels import Channel
 from ..core.models import PathSpec
 from .channel import Finding
 from .result import Verdict
-from .unseen import PERIODIC
+from .timing import PERIODIC
 
 
 def _frequency_hz(path: PathSpec) -> float | None:

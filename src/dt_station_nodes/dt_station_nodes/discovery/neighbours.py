@@ -4,8 +4,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from ..core.models import PathSpec
-from .candidates import Candidate, Freed, hypothesis, refined_starts
+from .candidates import Candidate, Freed, hypothesis
 from .hypothesis_fit import fit_hypothesis
+from .refinements import refined_starts, refinements
 from .search import scan
 from .selection import Bench, Explanation
 
@@ -36,8 +37,10 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
                 candidate = Candidate(spec.name, spec.at)
                 if spec.name not in bare.added or not candidate.optional:
                     continue
-                freed = {**bare.freed, spec.name: candidate.required + candidate.optional}
-                starts = refined_starts(bench.problem, bare.fit.path, candidate, bare.fit.residual)
+                forms = refinements(bench.problem, bare.fit.path, candidate, bare.fit.residual)
+                free = dict.fromkeys((*candidate.required, *forms.names, *bare.freed.get(spec.name, ())))
+                freed = {**bare.freed, spec.name: tuple(free)}
+                starts = refined_starts(bare.fit.path, forms)
                 found.append(_fitted(bench, bare, freed, [bare.fit.path, *starts]))
     return found
 

@@ -17,10 +17,9 @@ from .candidates import (
     library,
     pair_starts,
     plain_starts,
-    refined_starts,
-    single_starts,
 )
 from .hypothesis_fit import fit_hypothesis
+from .refinements import refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .start_groups import by_frequency, unbent
 from .terms import Hypothesis
@@ -85,16 +84,16 @@ def _plain(bench: Bench, task: _Task) -> _Task:
 
 def _refined(bench: Bench, task: _Task) -> _Task:
     """Refined forms around the plain one: with its best single refinement, and with all of them."""
-    problem, candidate, plain, residual = bench.problem, task.candidate, task.seen, task.base.fit.residual
-    if plain is None or not candidate.optional:
+    if task.seen is None:
         return task
-    ones = [
-        _form(bench, task, (name,), single_starts(problem, plain.fit.path, candidate, name, residual), 4, 1)
-        for name in candidate.optional
-    ]
+    path = task.seen.fit.path
+    forms = refinements(bench.problem, path, task.candidate, task.base.fit.residual)
+    if not forms.names:
+        return task
+    ones = [_form(bench, task, names, step_starts(path, forms, names), 4, 1) for names in forms.steps]
     one = min(ones, key=lambda e: e.fit.fitted.cost)
-    paths = [one.fit.path, *refined_starts(problem, plain.fit.path, candidate, residual)]
-    whole = _form(bench, task, candidate.optional, paths, bench.iterations, 3)
+    paths = [one.fit.path, *refined_starts(path, forms)]
+    whole = _form(bench, task, forms.names, paths, bench.iterations, 3)
     return replace(task, finer=(bench.judged(one), bench.judged(whole)))
 
 
@@ -194,7 +193,8 @@ def _whole(bench: Bench, task: _Task, iterations: int, keep: int) -> _Task:
     """The form with all its parameters free, from the best of all their starts."""
     base, candidate = task.base, task.candidate
     paths = all_starts(bench.problem, base.fit.path, candidate, base.fit.residual)
-    return replace(task, seen=bench.judged(_form(bench, task, candidate.optional, paths, iterations, keep)))
+    names = tuple(name for name in candidate.optional if candidate.effect.parameter(name).starts)
+    return replace(task, seen=bench.judged(_form(bench, task, names, paths, iterations, keep)))
 
 
 def scan_whole(bench: Bench, bases: Iterable[Explanation], most: int) -> list[Explanation]:

@@ -6,11 +6,12 @@ from numpy.typing import NDArray
 from ..core.models import EffectSpec, PathSpec
 from .noise import noise_floor
 from .problem import Problem
+from .timing import DELAY, PERIODIC, begun
 
 Array = NDArray[np.float64]
 
-PERIODIC = "periodic_disturbance"
-_PHASE = "phase_rad"
+# Effects of which a phase is chance, with its name.
+_CHANCE = ((PERIODIC, "phase_rad"), (DELAY, "wander_rad"))
 # Mean square of a residual over the noise's: of one that says nothing, and of one that says much.
 _QUIET = 1.3
 _LOUD = 2.5
@@ -19,26 +20,41 @@ _LOUD = 2.5
 def unseen_residual(check: Problem, path: PathSpec) -> Array:
     """The residual (n,) of a path on a run it was not fitted to.
 
-    A disturbance from outside goes on between runs: its frequency and shape are foretold, its phase is not.
+    A disturbance from outside goes on between runs: its frequency and shape are foretold, its phase is not. Nor is when
+    its bursts begin, or the phase of a delay that wanders.
     """
+    for name, phase in _CHANCE:
+        place = next((i for i, effect in enumerate(path.effects) if effect.name == name), None)
+        if place is not None:
+            path = _in_phase(check, path, place, phase)
+    return check.residual(path)
+
+
+def _in_phase(check: Problem, path: PathSpec, place: int, phase: str) -> PathSpec:
+    """The path with one effect's phase as it is in another run."""
     effects = path.effects
-    place = next((i for i, effect in enumerate(effects) if effect.name == PERIODIC), None)
-    if place is None:
-        return check.residual(path)
     spec = effects[place]
+    if not _keeps_time(spec):
+        return path
 
-    def shifted(phase: float) -> Array:
-        moved = EffectSpec.model_construct(name=spec.name, at=spec.at, parameters={**spec.parameters, _PHASE: phase})
-        return check.residual(path.model_copy(update={"effects": (*effects[:place], moved, *effects[place + 1 :])}))
+    def at(changes: dict[str, float]) -> PathSpec:
+        moved = EffectSpec.model_construct(name=spec.name, at=spec.at, parameters={**spec.parameters, **changes})
+        return path.model_copy(update={"effects": (*effects[:place], moved, *effects[place + 1 :])})
 
-    given = spec.parameters[_PHASE]
-    # Small as the disturbance is, the residual is nearly linear in it: three phases tell all of a sinusoid's.
+    # Small as it is, the residual is nearly linear in it: three phases tell all of a sinusoid's.
+    begin = {"burst_start_s": begun(check, path, spec)} if spec.parameters.get("burst_period_s", 0.0) > 0.0 else {}
+    given = spec.parameters[phase]
     turns = given + np.array([0.0, 2.0, 4.0]) * np.pi / 3.0
-    seen = np.array([shifted(float(turn)) for turn in turns])
-    powers = np.einsum("ij,ij->i", seen, seen)
+    tried = [at({**begin, phase: float(turn)}) for turn in turns]
+    powers = np.array([float(np.sum(np.square(check.residual(other)))) for other in tried])
     cosine, sine = (float(powers @ f(turns - given)) for f in (np.cos, np.sin))
-    best = shifted(float(given + np.arctan2(-sine, -cosine)))
-    return min((seen[0], best), key=lambda residual: float(residual @ residual))
+    best = at({**begin, phase: float(given + np.arctan2(-sine, -cosine))})
+    return best if float(np.sum(np.square(check.residual(best)))) < powers[0] else tried[0]
+
+
+def _keeps_time(spec: EffectSpec) -> bool:
+    """Whether an effect has a phase of its own."""
+    return spec.name == PERIODIC or spec.parameters["wander"] != 0.0
 
 
 def shows_only(check: Problem | None, unseen: Array | None, residual: Array, sigma: float) -> bool:

@@ -44,7 +44,8 @@ def test_an_effect_says_what_it_is(effect: Effect):
     assert effect.sentence.endswith(".")
     assert effect.check.endswith(".")
     assert effect.source
-    assert all(p.lower <= min(p.starts) <= max(p.starts) <= p.upper for p in effect.parameters)
+    assert all(p.lower <= value <= p.upper for p in effect.parameters for value in p.starts)
+    assert all(p.starts or p.optional for p in effect.parameters)
 
 
 def test_dead_zone_swallows_its_band_and_shifts_the_rest():
@@ -194,6 +195,24 @@ def test_gain_that_swings_is_the_nominal_one_in_the_mean():
 def test_periodic_disturbance_is_a_sine_at_the_sample():
     out = answer("periodic_disturbance", {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}, voltage=0 * TIME)
     assert np.allclose(out, 0.2 * np.sin(2 * math.pi * 1.5 * TIME[1:] + 0.4))
+
+
+def test_bursts_leave_the_sine_as_it_is_or_nothing():
+    bursts = {"burst_period_s": 4.0, "burst_share": 0.25, "burst_start_s": -1.0}
+    sine = {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}
+    steady, out = (answer("periodic_disturbance", {**sine, **more}, voltage=0 * TIME) for more in ({}, bursts))
+    into = (TIME[1:] + 1.0) % 4.0
+    assert np.array_equal(out[(into > 0.1) & (into < 0.9)], steady[(into > 0.1) & (into < 0.9)])
+    assert not out[(into > 1.1) & (into < 3.9)].any()
+
+
+def test_a_delay_that_wanders_is_longer_and_shorter_in_turn():
+    ramp = 1.0 * TIME
+    out = answer("delay", {"delay_s": 0.2, "wander": 0.5, "wander_hz": 0.25, "wander_rad": 0.3}, voltage=ramp)
+    late = (ramp[:-1] - out)[50:]
+    expected = 0.2 * (1.0 + 0.5 * np.sin(2.0 * math.pi * 0.25 * TIME[:-1] + 0.3))[50:]
+    assert np.abs(late - late.mean() - (expected - expected.mean())).max() < 0.01
+    assert np.ptp(late) == pytest.approx(0.2, rel=0.02)
 
 
 def test_cubic_stiffness_balances_the_voltage():

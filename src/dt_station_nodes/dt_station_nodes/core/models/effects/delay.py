@@ -1,6 +1,8 @@
 """Delay: the voltage acts only after a dead time."""
 
-from ..compiled import SUBSTEP, Doubles, effect_step
+import math
+
+from ..compiled import SUBSTEP, TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 _SLOTS = 512
@@ -14,7 +16,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
             s[j] = value
     head = int(s[512])
     s[head] = value
-    behind = min(max(p[0] * (1.0 + p[1] * abs(value)) / c[SUBSTEP], 0.0), 510.0)
+    wander = p[2] * math.sin(2.0 * math.pi * p[3] * c[TIME] + p[4]) if p[2] != 0.0 else 0.0
+    behind = min(max(p[0] * (1.0 + p[1] * abs(value) + wander) / c[SUBSTEP], 0.0), 510.0)
     whole = int(behind)
     part = behind - whole
     recent = s[(head - whole) % 512]
@@ -38,6 +41,17 @@ EFFECT = Effect(
             (-0.03,),
             optional=True,
         ),
+        Parameter(
+            "wander",
+            Quantity.RATIO,
+            "how much longer and shorter it turns as time goes by",
+            0.0,
+            1.0,
+            (),
+            optional=True,
+        ),
+        Parameter("wander_hz", Quantity.RUN_RATE, "how often it does", 0.0, 2.0, (), optional=True),
+        Parameter("wander_rad", Quantity.ANGLE, "phase of that at the start of the run", -7.0, 7.0, (), optional=True),
     ),
     step=_step,
     check="Apply a step and time the first movement; look at the card's buffering, bus cycles and long hoses.",

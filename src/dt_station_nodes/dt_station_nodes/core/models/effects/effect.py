@@ -50,8 +50,9 @@ class Parameter:
     value, in the parameter's own unit, at which it changes nothing. An `optional` parameter refines the form and stays
     neutral unless a model sets it or a fit frees it. The effect is present where a parameter that `acts_alone` (None:
     every one that is not optional) is off its neutral value. One `tried_first` is optional in a model, but a fit frees
-    it from the start; one `apart` makes a form of its own, to which no fit finds the way from the plain one. `usual`
-    values are a choice of form, no measured number: a fit that ends near one is tried there.
+    it from the start; one without `starts` is tried where the run itself shows where to begin; one `apart` makes a form
+    of its own, to which no fit finds the way from the plain one. `usual` values are a choice of form, no measured
+    number: a fit that ends near one is tried there.
     """
 
     name: str

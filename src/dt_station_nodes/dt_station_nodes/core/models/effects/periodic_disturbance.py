@@ -1,9 +1,11 @@
-"""Periodic disturbance: something outside the model shakes the output at one frequency."""
+"""Periodic disturbance: something outside the model shakes the output at one frequency, always or in bursts."""
 
 import math
 
 from ..compiled import SUBSTEP, TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
+
+_EDGE = 0.02  # of a period of bursts: what it takes to come on, and to go off
 
 
 @effect_step
@@ -11,6 +13,11 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     angle = 2.0 * math.pi * p[1] * (c[TIME] + c[SUBSTEP]) + p[2]
     wave = math.sin(angle) + p[3] * math.sin(2.0 * angle) + p[4] * math.cos(2.0 * angle)
     wave += p[5] * math.sin(3.0 * angle) + p[6] * math.cos(3.0 * angle)
+    if p[7] > 0.0:
+        into = ((c[TIME] + c[SUBSTEP] - p[9]) / p[7]) % 1.0
+        middle = abs(into - 0.5 * p[8])
+        away = min(middle, 1.0 - middle) - 0.5 * p[8]
+        wave *= min(max(0.5 - away / _EDGE, 0.0), 1.0)
     return value + p[0] * wave
 
 
@@ -34,6 +41,19 @@ EFFECT = Effect(
         Parameter("second_cosine", Quantity.RATIO, "second harmonic a quarter off", -1.5, 1.5, (0.0,), optional=True),
         Parameter("third_sine", Quantity.RATIO, "third harmonic in phase", -1.5, 1.5, (0.0,), optional=True),
         Parameter("third_cosine", Quantity.RATIO, "third harmonic a quarter off", -1.5, 1.5, (0.0,), optional=True),
+        Parameter(
+            "burst_period_s",
+            Quantity.RUN_TIME,
+            "period with which it comes and goes, 0 where it is always there",
+            0.0,
+            240.0,
+            (),
+            optional=True,
+        ),
+        Parameter("burst_share", Quantity.RATIO, "share of that period in which it is there", 0.02, 1.0, (), 1.0, True),
+        Parameter(
+            "burst_start_s", Quantity.RUN_TIME, "time of the run at which it first comes", -240.0, 240.0, (), 0.0, True
+        ),
     ),
     step=_step,
     check="Look for pump ripple, mains hum or a neighbouring machine at this frequency; log with the valve unpowered.",

@@ -1,0 +1,80 @@
+"""Refined forms of an effect: its optional parameters and where their fits begin."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.models import PathSpec
+from .candidates import Candidate, add_effect, drawn, grid
+from .problem import Problem
+from .timing import seen_timing
+
+Array = NDArray[np.float64]
+
+_MOST_COMBINATIONS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Refinements:
+    """Starts of a candidate's optional parameters, by name; those of its `timing` make sense together only."""
+
+    candidate: Candidate
+    grids: Mapping[str, list[float]]
+    timing: Mapping[str, float]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters worth a try: those that the effect, or the run, has a start for."""
+        return (*self.grids, *self.timing)
+
+    @property
+    def steps(self) -> tuple[tuple[str, ...], ...]:
+        """Names that are tried at a time where one refinement is."""
+        return (*((name,) for name in self.grids), *([tuple(self.timing)] if self.timing else []))
+
+    def neutral(self, name: str) -> float:
+        """Value at which a parameter changes nothing."""
+        return self.candidate.effect.parameter(name).neutral
+
+    def timings(self) -> list[dict[str, float]]:
+        """Without its timing, and with it."""
+        return [{name: self.neutral(name) for name in self.timing}, dict(self.timing)] if self.timing else [{}]
+
+
+def refinements(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> Refinements:
+    """What may refine a candidate's plain form fitted on `path`, where the base left `residual` (n,)."""
+    timing = seen_timing(problem, path, candidate.name)
+    own = [name for name in candidate.optional if candidate.effect.parameter(name).starts]
+    return Refinements(candidate, {name: grid(problem, path, candidate, name, residual) for name in own}, timing)
+
+
+def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> list[PathSpec]:
+    """Paths around a fitted plain form with one step of refinement at its neutral value and at its starts."""
+    if names == tuple(forms.timing):
+        return _refined(path, forms, forms.timings())
+    (name,) = names
+    values = dict.fromkeys([forms.neutral(name), *forms.grids[name]])
+    return _refined(path, forms, [{name: value} for value in values])
+
+
+def refined_starts(path: PathSpec, forms: Refinements) -> list[PathSpec]:
+    """Paths around a fitted plain form with the optional parameters at every combination of neutral and starts."""
+    grids = [list(dict.fromkeys([forms.neutral(name), *values])) for name, values in forms.grids.items()]
+    if math.prod(len(values) for values in grids) > _MOST_COMBINATIONS:
+        grids = list(forms.grids.values())
+    combinations = drawn(list(product(*grids)), _MOST_COMBINATIONS)
+    named = [{**dict(zip(forms.grids, c, strict=True)), **times} for times in forms.timings() for c in combinations]
+    # Another form may need another size: a dead zone that jumps open is wider than one that does not.
+    sizes = (1.0, 2.5, 6.0) if len(named) * 3 <= _MOST_COMBINATIONS else (1.0,)
+    return [start for size in sizes for start in _refined(path, forms, named, size)]
+
+
+def _refined(path: PathSpec, forms: Refinements, chosen: list[dict[str, float]], size: float = 1.0) -> list[PathSpec]:
+    main = forms.candidate.required[0]
+    spec = next(effect for effect in path.effects if effect.name == forms.candidate.name)
+    sized = {**spec.parameters, main: spec.parameters[main] * size}
+    return [add_effect(path, forms.candidate, {**sized, **numbers}) for numbers in chosen]

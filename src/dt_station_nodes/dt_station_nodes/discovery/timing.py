@@ -1,0 +1,86 @@
+"""Starts that a run itself gives: when a disturbance comes and goes, how a delay wanders."""
+
+import math
+
+import numpy as np
+
+from ..core.models import EffectSpec, PathSpec
+from .bursts import burst_start_s, bursts
+from .problem import Problem
+
+PERIODIC = "periodic_disturbance"
+DELAY = "delay"
+
+
+# Of the residual's power: what a wandering delay must explain of it.
+TELLING = 0.1
+# Cycles in a run: slower wanders are a drift, quicker ones none.
+SLOWEST_CYCLES = 1.5
+QUICKEST_CYCLES = 40.0
+# Harmonics of the excitation that are not taken for a swing of its own.
+HARMONICS = 5
+# Part of a delay that is little enough for its effect to be linear.
+SMALL = 0.1
+
+
+def _with(path: PathSpec, spec: EffectSpec, numbers: dict[str, float]) -> PathSpec:
+    new = EffectSpec.model_construct(name=spec.name, at=spec.at, parameters={**spec.parameters, **numbers})
+    return path.model_copy(update={"effects": tuple(new if effect is spec else effect for effect in path.effects)})
+
+
+def without(path: PathSpec, name: str) -> PathSpec:
+    """The path less an effect."""
+    return path.model_copy(update={"effects": tuple(effect for effect in path.effects if effect.name != name)})
+
+
+def seen_timing(problem: Problem, path: PathSpec, name: str) -> dict[str, float]:
+    """Numbers of a fitted effect's timing, by name; none where the run shows no such thing."""
+    spec = next((effect for effect in path.effects if effect.name == name), None)
+    step_s = problem.simulator.sample_time_s
+    if spec is None:
+        return {}
+    if name == PERIODIC:
+        found = bursts(problem.residual(without(path, name)), step_s, spec.parameters["frequency_hz"])
+        if found is None:
+            return {}
+        return {"burst_period_s": found.period_s, "burst_share": found.share, "burst_start_s": found.start_s}
+    if name == DELAY and spec.parameters["delay_s"] > 0.0:
+        return _wander(problem, path, spec)
+    return {}
+
+
+def _wander(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
+    """The swing of a fitted delay that explains most of what it leaves, small swings simulated at each frequency."""
+    steady = _with(path, spec, {"wander": 0.0})
+    residual = problem.residual(steady)
+    total = float(residual @ residual)
+    length_s = len(residual) * problem.simulator.sample_time_s
+    best, found = TELLING * total, {}
+    for cycles in np.arange(SLOWEST_CYCLES, QUICKEST_CYCLES, 0.5):
+        if _of_excitation(problem, float(cycles) / length_s, 0.5 / length_s):
+            continue
+        numbers = {"wander": SMALL, "wander_hz": float(cycles) / length_s}
+        phases = (0.0, 0.5 * math.pi)
+        parts = [residual - problem.residual(_with(path, spec, {**numbers, "wander_rad": turn})) for turn in phases]
+        slopes = np.column_stack(parts)
+        size = np.linalg.lstsq(slopes, residual, rcond=None)[0]
+        explained = total - float(np.sum(np.square(residual - slopes @ size)))
+        if explained > best:
+            best = explained
+            swing = min(SMALL * float(np.hypot(*size)), 1.0)
+            found = {**numbers, "wander": swing, "wander_rad": math.atan2(size[1], size[0])}
+    return found
+
+
+def _of_excitation(problem: Problem, frequency_hz: float, resolution_hz: float) -> bool:
+    """Whether a frequency is a harmonic of what drives the run: what swings with it is a nonlinearity."""
+    orders = [(base, round(frequency_hz / base)) for base in problem.excitations_hz]
+    return any(1 <= order <= HARMONICS and abs(frequency_hz - order * base) < resolution_hz for base, order in orders)
+
+
+def begun(problem: Problem, path: PathSpec, spec: EffectSpec) -> float:
+    """When bursts of a fitted disturbance begin in a run (s), which no other run foretells."""
+    numbers = spec.parameters
+    residual = problem.residual(without(path, spec.name))
+    step_s = problem.simulator.sample_time_s
+    return burst_start_s(residual, step_s, numbers["frequency_hz"], numbers["burst_period_s"], numbers["burst_share"])

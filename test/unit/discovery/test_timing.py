@@ -1,0 +1,89 @@
+"""What a run itself shows of when things happen: fitted from there, it is named where it used to have no word."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from cases import Case, make
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec, PlantModel
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import Verdict, discover
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.settings import DiscoverySettings
+from dt_station_nodes.discovery.timing import begun, seen_timing
+from dt_station_nodes.discovery.unseen import unseen_residual
+
+MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
+PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
+SINE = {"amplitude": 1.2e5, "frequency_hz": 3.1, "phase_rad": 0.3}
+BURSTS = {"burst_period_s": 6.5, "burst_share": 0.45, "burst_start_s": 1.2}
+DELAY_S, WANDER, WANDER_HZ = 0.06, 0.4, 0.21
+
+
+def noisy(signals: dict[str, np.ndarray], run: Run, seed: int) -> Run:
+    rng = np.random.default_rng(seed)
+    for name in ("pressure_pa", "position_m"):
+        signals[name] = signals[name] + 0.01 * np.std(signals[name]) * rng.standard_normal(len(run))
+    return Run(run.sample_time_s, {**run.signals, **signals})
+
+
+def shaken(start_s: float | None, phase_rad: float = 0.3, seed: int = 8) -> Run:
+    """A run whose pressure a neighbour shakes, in bursts from `start_s` on."""
+    plain = make(Case(shape="triangle", seed=seed, seconds=24.0, noise_db=300.0))
+    time_s = plain.sample_time_s * np.arange(len(plain))
+    wave = SINE["amplitude"] * np.sin(2.0 * np.pi * SINE["frequency_hz"] * time_s + phase_rad)
+    if start_s is not None:
+        wave = wave * (((time_s - start_s) / BURSTS["burst_period_s"]) % 1.0 < BURSTS["burst_share"])
+    pressure_pa = plain.signals["pressure_pa"] + wave
+    return noisy({"pressure_pa": pressure_pa, "position_m": plain.signals["position_m"]}, plain, seed)
+
+
+def late(wander: float, phase_rad: float = 0.8, seed: int = 8) -> Run:
+    """A run whose servo voltage comes late, by a time that swings."""
+    plain = make(Case(shape="triangle", seed=seed, seconds=24.0, noise_db=300.0, closed=False))
+    time_s = plain.sample_time_s * np.arange(len(plain))
+    given = plain.signals["servo_voltage_v"]
+    swing = 1.0 + wander * np.sin(2.0 * np.pi * WANDER_HZ * time_s + phase_rad)
+    arrived = np.interp(time_s - DELAY_S * swing, time_s, given)
+    out = PlantModel(PAPER, plain.sample_time_s).simulate(plain.signals["load_voltage_v"], arrived)
+    return noisy({"pressure_pa": out.pressure_pa, "position_m": out.position_m}, plain, seed)
+
+
+def problem(of: Run, channel: Channel) -> Problem:
+    return make_problem(of, PAPER, channel, DiscoverySettings())
+
+
+def test_a_disturbance_in_bursts_is_named() -> None:
+    found = discover(shaken(1.2), PAPER, validation=shaken(4.0, 2.0, seed=9))
+    assert found.verdict is Verdict.NAMED
+    assert [(e.name, e.channel) for e in found.effects] == [("periodic_disturbance", Channel.PRESSURE)]
+    assert found.effects[0].parameters["burst_period_s"].value == pytest.approx(6.5, rel=0.02)
+
+
+def test_a_delay_that_wanders_is_named() -> None:
+    found = discover(late(WANDER), PAPER, validation=late(WANDER, 2.0, seed=9))
+    assert found.verdict is Verdict.NAMED
+    assert [(e.name, e.channel) for e in found.effects] == [("delay", Channel.POSITION)]
+    assert found.effects[0].parameters["wander"].value == pytest.approx(WANDER, rel=0.15)
+
+
+def test_what_goes_on_as_it_is_shows_no_timing() -> None:
+    path = PAPER.with_effect(Channel.PRESSURE, "periodic_disturbance", SINE).paths[Channel.PRESSURE]
+    assert seen_timing(problem(shaken(None), Channel.PRESSURE), path, "periodic_disturbance") == {}
+    assert seen_timing(problem(shaken(1.2), Channel.PRESSURE), path, "periodic_disturbance")
+    path = PAPER.with_effect(Channel.POSITION, "delay", {"delay_s": DELAY_S}).paths[Channel.POSITION]
+    assert seen_timing(problem(late(0.0), Channel.POSITION), path, "delay") == {}
+    assert seen_timing(problem(late(WANDER), Channel.POSITION), path, "delay")
+
+
+def test_when_bursts_begin_is_each_runs_own() -> None:
+    model = PAPER.with_effect(Channel.PRESSURE, "periodic_disturbance", {**SINE, **BURSTS})
+    path, check = model.paths[Channel.PRESSURE], problem(shaken(4.0), Channel.PRESSURE)
+    assert begun(check, path, path.effects[-1]) == pytest.approx(4.0, abs=0.1)
+    assert np.std(unseen_residual(check, path)) < 0.4 * np.std(check.residual(path))
