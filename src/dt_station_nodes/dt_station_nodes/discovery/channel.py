@@ -18,6 +18,7 @@ from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .settings import DiscoverySettings
 from .strangers import SAME, stranger
 from .terms import nominal_terms
+from .workers import ALONE, Workers
 
 Array = NDArray[np.float64]
 
@@ -88,9 +89,10 @@ def examine(
     settings: DiscoverySettings,
     progress: Progress | None = None,
     check: Problem | None = None,
+    workers: Workers = ALONE,
 ) -> Finding:
     """The answer for one channel, `check` being the validation run's problem; keeps what is known when interrupted."""
-    bench = Bench(problem, nominal_terms(path, problem.signal), check, settings.jobs, progress)
+    bench = Bench(problem, nominal_terms(path, problem.signal), check, workers, progress)
     bases = base_paths(path)
     given = min((problem.residual(base) for base in bases), key=lambda r: float(r @ r))
     nulls = [fit_null(bench, base) for base in bases]

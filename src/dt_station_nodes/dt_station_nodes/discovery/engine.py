@@ -32,6 +32,7 @@ from .settings import DiscoverySettings
 from .unseen import shows_only
 from .verdict import better_without, confidence, overall, sentence, why
 from .where import locate
+from .workers import Workers
 
 Progress = Callable[[str], None]
 
@@ -69,40 +70,41 @@ def discover(
     findings: list[Finding] = []
     frozen: set[Channel] = set()
     model = spec
-    for check in checks:
-        if not check.excited:
-            continue
-        if check.frozen_share > 0.0:
-            frozen.add(check.channel)
-        path = spec.paths[check.channel]
-        same = _windowed(run, check.channel, path, chosen)
-        short = condensed(run, check.channel, path)
-        problem = make_problem(short.run, spec, check.channel, same, check.frozen[short.rows])
-        unseen = _unseen(validation, spec, check.channel, same)
-        finding = examine(problem, path, same, progress, unseen)
-        null, silent = finding.null, finding.verdict is Verdict.UNEXPLAINED
-        if silent and shows_only(unseen, null.unseen, null.fit.residual, finding.sigma):
-            notes.append(
-                f"{check.channel.value}: this run is as the model says, the validation run is not; "
-                "discover that one and give this one with --validate"
-            )
-        if short.note:
-            notes.append(short.note)
-            finding = carried_over(finding, make_problem(run, spec, check.channel, same, check.frozen), path)
-        finding = without_echo(polished(finding), findings)
-        if check.channel in frozen and finding.verdict is not Verdict.UNEXPLAINED:
-            finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")
-        findings.append(finding)
-        found = finding.best.fit.path
-        if finding.verdict is Verdict.NOTHING_MISSING:
-            # Only effects of the given model that the data contradict are dropped.
-            found = spec.paths[check.channel].model_copy(update={"effects": found.effects})
-        # Where nothing is known, the model stays as it was given.
-        changed = finding.verdict is not Verdict.NOTHING_MISSING or found.effects != path.effects
-        if changed and finding.verdict is not Verdict.UNEXPLAINED:
-            model = patched(model, check.channel, found)
-        if finding.interrupted:
-            break
+    with Workers(chosen.jobs) as workers:
+        for check in checks:
+            if not check.excited:
+                continue
+            if check.frozen_share > 0.0:
+                frozen.add(check.channel)
+            path = spec.paths[check.channel]
+            same = _windowed(run, check.channel, path, chosen)
+            short = condensed(run, check.channel, path)
+            problem = make_problem(short.run, spec, check.channel, same, check.frozen[short.rows])
+            unseen = _unseen(validation, spec, check.channel, same)
+            finding = examine(problem, path, same, progress, unseen, workers)
+            null, silent = finding.null, finding.verdict is Verdict.UNEXPLAINED
+            if silent and shows_only(unseen, null.unseen, null.fit.residual, finding.sigma):
+                notes.append(
+                    f"{check.channel.value}: this run is as the model says, the validation run is not; "
+                    "discover that one and give this one with --validate"
+                )
+            if short.note:
+                notes.append(short.note)
+                finding = carried_over(finding, make_problem(run, spec, check.channel, same, check.frozen), path)
+            finding = without_echo(polished(finding), findings)
+            if check.channel in frozen and finding.verdict is not Verdict.UNEXPLAINED:
+                finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")
+            findings.append(finding)
+            found = finding.best.fit.path
+            if finding.verdict is Verdict.NOTHING_MISSING:
+                # Only effects of the given model that the data contradict are dropped.
+                found = spec.paths[check.channel].model_copy(update={"effects": found.effects})
+            # Where nothing is known, the model stays as it was given.
+            changed = finding.verdict is not Verdict.NOTHING_MISSING or found.effects != path.effects
+            if changed and finding.verdict is not Verdict.UNEXPLAINED:
+                model = patched(model, check.channel, found)
+            if finding.interrupted:
+                break
     return _result(run, spec, model, validation, chosen, notes, findings)
 
 

@@ -1,7 +1,8 @@
 """Sets beside a found one: less one effect, with one exchanged, the best form of each."""
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 
 from ..core.models import PathSpec
 from .candidates import Candidate, Freed, hypothesis
@@ -9,6 +10,15 @@ from .hypothesis_fit import fit_hypothesis
 from .refinements import refined_starts, refinements
 from .search import scan
 from .selection import Bench, Explanation
+
+
+@dataclass(frozen=True, slots=True)
+class _Bare:
+    """What is left of a set, the numbers of it to fit and where from."""
+
+    bare: Explanation
+    freed: Freed
+    paths: list[PathSpec]
 
 
 def _without(bench: Bench, explanation: Explanation, name: str) -> Explanation:
@@ -26,30 +36,29 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
 
     What was taken out may have stood for a refinement of one that stays, so each of these is tried refined too.
     """
-    found = []
+    tasks = []
     for explanation in explanations:
         for name in explanation.added:
             bare = _without(bench, explanation, name)
             if not bare.added:
                 continue
-            found.append(_fitted(bench, bare, bare.freed, [bare.fit.path]))
+            tasks.append(_Bare(bare, bare.freed, [bare.fit.path]))
             for spec in bare.fit.path.effects:
                 candidate = Candidate(spec.name, spec.at)
                 if spec.name not in bare.added or not candidate.optional:
                     continue
                 forms = refinements(bench.problem, bare.fit.path, candidate, bare.fit.residual)
                 free = dict.fromkeys((*candidate.required, *forms.names, *bare.freed.get(spec.name, ())))
-                freed = {**bare.freed, spec.name: tuple(free)}
                 starts = refined_starts(bare.fit.path, forms)
-                found.append(_fitted(bench, bare, freed, [bare.fit.path, *starts]))
-    return found
+                tasks.append(_Bare(bare, {**bare.freed, spec.name: tuple(free)}, [bare.fit.path, *starts]))
+    return list(bench.workers.results(partial(_fitted, bench.alone), tasks))
 
 
-def _fitted(bench: Bench, bare: Explanation, freed: Freed, paths: list[PathSpec]) -> Explanation:
-    hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
+def _fitted(bench: Bench, task: _Bare) -> Explanation:
+    hypotheses = [hypothesis(bench.problem, path, bench.nominal, task.freed) for path in task.paths]
     starts = [h.start() for h in hypotheses]
     fit = fit_hypothesis(bench.problem, hypotheses[0], starts, bench.iterations)
-    return bench.judged(bench.explained(fit, bare.added, freed))
+    return bench.judged(bench.explained(fit, task.bare.added, task.freed))
 
 
 def exchange(bench: Bench, leader: Explanation, most: int, finest: int) -> list[Explanation]:

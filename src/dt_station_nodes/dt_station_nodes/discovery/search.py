@@ -1,7 +1,6 @@
 """Forward selection: every candidate fitted jointly with the nominal parameters, on bases that grow."""
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -132,28 +131,15 @@ class StoppedError(KeyboardInterrupt):
 
 def _each(bench: Bench, work: Callable[[Bench, _Task], _Task], tasks: Sequence[_Task]) -> list[_Task]:
     """All tasks' results in their order, whatever the number of workers; StoppedError with those done on Ctrl-C."""
-
-    def one(task: _Task) -> _Task:
-        if bench.progress is not None and work is not _glance:
-            bench.progress(f"{bench.problem.channel.value}: {' + '.join(task.added)}")
-        return work(bench, task)
-
-    if bench.jobs > 1 and len(tasks) > 1:
-        with ThreadPoolExecutor(bench.jobs) as workers:
-            futures = [workers.submit(one, task) for task in tasks]
-            try:
-                return [future.result() for future in futures]
-            except KeyboardInterrupt:
-                for future in futures:
-                    future.cancel()
-                done = [future.result() for future in futures if future.done() and not future.cancelled()]
-                raise StoppedError(_known(bench, done)) from None
-    results: list[_Task] = []
+    done: list[_Task] = []
     try:
-        results.extend(one(task) for task in tasks)
+        for result in bench.workers.results(partial(work, bench.alone), tasks):
+            done.append(result)
+            if bench.progress is not None and work is not _glance:
+                bench.progress(f"{bench.problem.channel.value}: {' + '.join(result.added)}")
     except KeyboardInterrupt:
-        raise StoppedError(_known(bench, results)) from None
-    return results
+        raise StoppedError(_known(bench, done)) from None
+    return done
 
 
 def _known(bench: Bench, done: Sequence[_Task]) -> list[Explanation]:

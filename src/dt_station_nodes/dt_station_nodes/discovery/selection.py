@@ -20,6 +20,7 @@ from .noise import effective_samples, noise_floor
 from .problem import Problem
 from .terms import Hypothesis, Term
 from .unseen import unseen_residual
+from .workers import ALONE, Workers
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -81,8 +82,13 @@ class Bench:
     problem: Problem
     nominal: tuple[Term, ...]
     check: Problem | None = None
-    jobs: int = 1
+    workers: Workers = ALONE
     progress: Progress | None = None
+
+    @property
+    def alone(self) -> "Bench":
+        """The same for one worker among others."""
+        return replace(self, workers=ALONE, progress=None)
 
     @property
     def iterations(self) -> int:

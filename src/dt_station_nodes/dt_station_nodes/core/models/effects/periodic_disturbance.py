@@ -45,7 +45,7 @@ EFFECT = Effect(
             "burst_period_s",
             Quantity.RUN_TIME,
             "period with which it comes and goes, 0 where it is always there",
-            0.0,
+            0.4,
             240.0,
             (),
             optional=True,
