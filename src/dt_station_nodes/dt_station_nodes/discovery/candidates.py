@@ -55,7 +55,7 @@ def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
     for name, effect in registry().items():
         # Play belongs to a linkage; in a pressure valve it could only be another word for hysteresis.
         if channel in effect.channels and (name, channel) != ("backlash", Channel.PRESSURE):
-            found += [Candidate(name, at) for at in (None, *(effect.also if channel in effect.also_on else ()))]
+            found += [Candidate(name, at) for at in (None, *effect.places(channel)[1:])]
             found += [Candidate(name, apart=True)] * (apart and any(p.apart for p in effect.parameters))
     return tuple(found)
 

@@ -37,7 +37,8 @@ STATIC_GAIN = 16  # Pa/V or m/V, 0 for an integrating path
 VELOCITY = 17  # Pa/s or m/s at the start of the sub-step, without voltage feed-through and injection
 OTHER_INPUT = 18  # V, the other path's voltage
 SETTLING_RATE = 19  # 1/s, of a static path: one over its mean lag; 0 for an integrating one
-CONTEXT_SIZE = 20
+SPEED_GAIN = 20  # m/s or Pa/s per volt in steady motion of an integrating path; 0 for a static one
+CONTEXT_SIZE = 21
 
 
 def effect_step(function: Callable[..., float]) -> Any:

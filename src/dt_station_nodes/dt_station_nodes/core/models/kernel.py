@@ -28,6 +28,7 @@ from .compiled import (
     RAW_INPUT,
     REST,
     SETTLING_RATE,
+    SPEED_GAIN,
     STAGE,
     STATIC_GAIN,
     SUBSTEP,
@@ -77,7 +78,8 @@ DECAY = 9  # of what is injected, 1/s
 INLET_DECAY = 10  # of the store before, 1/s
 STATIC = 11  # output per volt at rest
 SETTLING = 12  # one over the mean lag, 1/s
-HEADER = 13
+SPEED = 13  # velocity per volt in steady motion
+HEADER = 14
 
 
 @njit(cache=True, _nrt=False, forceinline=True)
@@ -110,7 +112,7 @@ def _constants(numbers: Doubles, context: Doubles) -> None:
     context[VELOCITY_GAIN], context[INJECTION_GAIN] = numbers[GAIN_VELOCITY], numbers[GAIN_INJECTION]
     context[OUTLET_RATE], context[INLET_RATE] = numbers[DECAY], numbers[INLET_DECAY]
     context[STATIC_GAIN], context[SETTLING_RATE] = numbers[STATIC], numbers[SETTLING]
-    context[OUTPUT_REST] = numbers[REST_OUTPUT]
+    context[OUTPUT_REST], context[SPEED_GAIN] = numbers[REST_OUTPUT], numbers[SPEED]
 
 
 @njit(cache=True, _nrt=False)
@@ -172,9 +174,8 @@ def _substep(
         for k in range(places[INPUT_END]):
             u = _effect(numbers_at, places, k, state_at, u, context_at)
     if m > 0:
-        _advance(
-            doubles(numbers_at + 8 * places[AWAY_A]), doubles(numbers_at + 8 * places[AWAY_B]), load, xd, m, xd_next
-        )
+        away_a, away_b = doubles(numbers_at + 8 * places[AWAY_A]), doubles(numbers_at + 8 * places[AWAY_B])
+        _advance(away_a, away_b, load, xd, m, xd_next)
     if places[STATE_END] > places[INPUT_END]:
         u = _inside(numbers_at, places, state_at, u, load, context_at, now_at, then_at)
     else:
@@ -219,8 +220,7 @@ def run(
     memory, now, then = state.ctypes.data, state.ctypes.data, scratch.ctypes.data
     first_context, second_context = context.ctypes.data, context.ctypes.data + 8 * CONTEXT_SIZE
     for half, path in ((0, pressure), (CONTEXT_SIZE, position)):
-        context[half + SUBSTEP] = h
-        context[half + REST] = rest
+        context[half + SUBSTEP], context[half + REST] = h, rest
         _constants(doubles(path.ctypes.data), doubles(context.ctypes.data + 8 * half))
     for i in range(n):
         outputs[i, 0] = state[1] + rest

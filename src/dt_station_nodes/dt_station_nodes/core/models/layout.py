@@ -13,7 +13,7 @@ from .spec import Outlet
 Array = NDArray[np.float64]
 
 _EMPTY = np.zeros(0)
-_NO_PATH = LinearPath(np.zeros((0, 0)), _EMPTY, _EMPTY, 0.0, _EMPTY, _EMPTY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+_NO_PATH = LinearPath(np.zeros((0, 0)), _EMPTY, _EMPTY, 0.0, _EMPTY, _EMPTY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +44,7 @@ def _filled(linear: LinearPath, away: LinearPath) -> LaidOut:
     header[kernel.INLET_DECAY] = linear.inlet_rate
     header[kernel.STATIC] = linear.static_gain
     header[kernel.SETTLING] = linear.settling_rate
+    header[kernel.SPEED] = linear.speed_gain
     blocks = [header, linear.a.ravel(), linear.b, linear.e, linear.c, linear.velocity]
     blocks += [away.a.ravel(), away.b, away.c, away.velocity]
     at = np.cumsum([block.size for block in blocks])

@@ -31,7 +31,8 @@ class LinearPath:
     oil or water lost or gained there; zeros where no real pole is seen at the output. `inlet_rate` (1/s) is that
     of the one store before it, where the path is two such stores in a row, else 0. `static_gain` and `settling_rate`
     (1/s, one over the mean lag of its poles) are 0 for an integrating path. A path stands still where only the last
-    state is not 0: the output is `standing_gain` times it.
+    state is not 0: the output is `standing_gain` times it. `speed_gain` is the velocity per volt in steady motion of a
+    path that integrates once, else 0.
     """
 
     a: Array
@@ -46,6 +47,7 @@ class LinearPath:
     static_gain: float
     settling_rate: float
     standing_gain: float
+    speed_gain: float
 
 
 def coefficients(transfer: TransferFunction) -> tuple[Array, Array]:
@@ -78,6 +80,7 @@ def discretise(
         velocity_direct=unit.velocity_direct * factor,
         static_gain=unit.static_gain * factor,
         standing_gain=unit.standing_gain * factor,
+        speed_gain=unit.speed_gain * factor,
     )
 
 
@@ -108,7 +111,7 @@ def _discretised(
     d = float(numerator[0])
     if n == 0:
         empty = np.zeros(0)
-        return LinearPath(np.zeros((0, 0)), empty, empty, d, empty, empty, 0.0, 0.0, 0.0, d, 0.0, 0.0)
+        return LinearPath(np.zeros((0, 0)), empty, empty, d, empty, empty, 0.0, 0.0, 0.0, d, 0.0, 0.0, 0.0)
     slow = max(i for i, value in enumerate(denominator.tolist()) if value != 0.0)
     rate = abs(float(denominator[slow])) ** (1.0 / slow) if slow else 1.0
     powers = rate ** -np.arange(n + 1.0)
@@ -139,6 +142,7 @@ def _discretised(
         static_gain=float(num[-1] / den[-1]) if den[-1] != 0.0 else 0.0,
         settling_rate=float(den[-1] / den[-2]) * rate if den[-2] != 0.0 else 0.0,
         standing_gain=float(c[-1]) + d * float(den[-1]),
+        speed_gain=float(numerator[-1] / denominator[-2]) if den[-1] == 0.0 and den[-2] != 0.0 else 0.0,
     )
 
 

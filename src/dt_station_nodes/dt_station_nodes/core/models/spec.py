@@ -43,7 +43,7 @@ class EffectSpec(_Frozen):
         if self.name not in effects:
             raise ValueError(f"no effect is called {self.name}; there are {', '.join(effects)}")
         effects[self.name].complete(self.parameters)
-        allowed = (effects[self.name].attachment, *effects[self.name].also)
+        allowed = dict.fromkeys(place for channel in Channel for place in effects[self.name].places(channel))
         if self.at is not None and self.at not in allowed:
             raise ValueError(f"effect {self.name} can sit at {' or '.join(a.value for a in allowed)} only")
         bad = [name for name, value in self.parameters.items() if not math.isfinite(value)]

@@ -192,6 +192,20 @@ def test_gain_that_swings_is_the_nominal_one_in_the_mean():
     assert np.ptp(out) == pytest.approx(2.0 * math.hypot(0.3, 0.2), rel=1e-3)
 
 
+def test_a_pump_limits_the_speed_and_winds_nothing_up():
+    spec = ModelSpec(name="t", paths={Channel.POSITION: INTEGRATOR, Channel.PRESSURE: STATIC})
+    limits = {"upper_v": 2.0, "lower_v": -1.0}
+    spec = spec.with_effect(Channel.POSITION, "saturation", limits, at=Attachment.STATE)
+    voltage = np.select([TIME < 3.0, TIME < 6.0], [6.0, -6.0], 0.5)
+    speed = np.diff(PlantModel(spec, TS).simulate(voltage, voltage).position_m) / TS / (0.01 * 206.4 / 23.34)
+    assert speed.max() == pytest.approx(2.0)
+    assert speed.min() == pytest.approx(-1.0)
+    assert speed[-1] == pytest.approx(0.5)
+    # Had the flow gone on growing behind the limit, the speed would stay there after the voltage has turned.
+    turned = np.flatnonzero(np.diff(voltage) != 0.0)[0] + 1
+    assert speed[turned + 1] < 1.0
+
+
 def test_periodic_disturbance_is_a_sine_at_the_sample():
     out = answer("periodic_disturbance", {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}, voltage=0 * TIME)
     assert np.allclose(out, 0.2 * np.sin(2 * math.pi * 1.5 * TIME[1:] + 0.4))

@@ -55,6 +55,5 @@ EFFECT = Effect(
     step=_step,
     check="Compare speed out and in at the same voltage; compare piston and rod side areas, look for a worn edge.",
     source="differential cylinder: Jelali & Kroll, Hydraulic Servo-systems (2003), 4.3",
-    also=(Attachment.STATE,),
-    also_on=(Channel.POSITION,),
+    also={Channel.POSITION: (Attachment.STATE,)},
 )

@@ -3,7 +3,7 @@
 import math
 
 from ..compiled import SUBSTEP, Doubles, effect_step
-from .effect import Attachment, Effect, Parameter, Quantity
+from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
 @effect_step
@@ -43,5 +43,5 @@ EFFECT = Effect(
     check="Hold the actuator and move the load by hand or dial gauge; look at pins, couplings and sensor mounting.",
     source="Nordin & Gutman, Automatica 38 (2002) 1633: dead-zone-free play model",
     state_size=4,
-    also=(Attachment.INPUT,),
+    also=on_both(Attachment.INPUT),
 )

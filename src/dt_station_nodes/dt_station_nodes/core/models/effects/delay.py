@@ -3,7 +3,7 @@
 import math
 
 from ..compiled import SUBSTEP, TIME, Doubles, effect_step
-from .effect import Attachment, Effect, Parameter, Quantity
+from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 _SLOTS = 512
 
@@ -58,5 +58,5 @@ EFFECT = Effect(
     source="dead time as a ring of sub-steps with linear interpolation",
     state_size=_SLOTS + 2,
     sub_stepped=True,
-    also=(Attachment.OUTPUT,),
+    also=on_both(Attachment.OUTPUT),
 )

@@ -1,6 +1,7 @@
 """What an effect is: one physical thing a model has or lacks, with its parameters and its compiled step."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
@@ -80,15 +81,20 @@ class Parameter:
         return self.quantity.value.partition(",")[0].replace("output", channel.unit)
 
 
+def on_both(*places: Attachment) -> dict[Channel, tuple[Attachment, ...]]:
+    """The same places on either channel."""
+    return dict.fromkeys(Channel, places)
+
+
 @dataclass(frozen=True, slots=True)
 class Effect:
     """One effect of the library.
 
     `step` is a C function made by `effect_step`; its parameters come in the order of `parameters`, its state is
     `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample. `also` lists
-    places other than `attachment` where a model may put it, tried by discovery on the channels of `also_on`. Effects
-    outside the `vocabulary` are never named by discovery: they stand for behaviour that must not be mistaken for a
-    named effect; those that they are at one end of their range are their `special_cases`.
+    the places other than `attachment` where a model may put it and discovery tries it, by channel. Effects outside the
+    `vocabulary` are never named by discovery: they stand for behaviour that must not be mistaken for a named effect;
+    those that they are at one end of their range are their `special_cases`.
     """
 
     name: str
@@ -101,10 +107,13 @@ class Effect:
     channels: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
     state_size: int = 0
     sub_stepped: bool = False
-    also: tuple[Attachment, ...] = ()
-    also_on: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
+    also: Mapping[Channel, tuple[Attachment, ...]] = field(default_factory=dict)
     vocabulary: bool = True
     special_cases: tuple[str, ...] = ()
+
+    def places(self, channel: Channel) -> tuple[Attachment, ...]:
+        """Where it may sit on a channel, its usual place first."""
+        return (self.attachment, *self.also.get(channel, ()))
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name; KeyError if there is none."""

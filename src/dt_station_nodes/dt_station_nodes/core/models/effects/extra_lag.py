@@ -5,7 +5,7 @@ import math
 from numba import njit
 
 from ..compiled import SUBSTEP, Doubles, effect_step
-from .effect import Attachment, Effect, Parameter, Quantity
+from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
 @njit(cache=True)
@@ -45,5 +45,5 @@ EFFECT = Effect(
     source="first-order element, exact for a held input",
     state_size=3,
     sub_stepped=True,
-    also=(Attachment.OUTPUT,),
+    also=on_both(Attachment.OUTPUT),
 )

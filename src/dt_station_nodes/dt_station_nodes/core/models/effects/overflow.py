@@ -18,7 +18,7 @@ from ..compiled import (
     Doubles,
     effect_step,
 )
-from .effect import Attachment, Effect, Parameter, Quantity
+from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
 @njit(cache=True)
@@ -157,5 +157,5 @@ EFFECT = Effect(
     check="See whether the output stands at one value while the input still rises; look for spill edges.",
     source="Schoukens & Noel, cascaded tanks benchmark (2016); reseating pressure: ISO 4126-1, safety valves",
     sub_stepped=True,
-    also=(Attachment.OUTPUT,),
+    also=on_both(Attachment.OUTPUT),
 )

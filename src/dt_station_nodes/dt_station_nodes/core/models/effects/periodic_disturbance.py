@@ -3,7 +3,7 @@
 import math
 
 from ..compiled import SUBSTEP, TIME, Doubles, effect_step
-from .effect import Attachment, Effect, Parameter, Quantity
+from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 _EDGE = 0.02  # of a period of bursts: what it takes to come on, and to go off
 
@@ -58,5 +58,5 @@ EFFECT = Effect(
     step=_step,
     check="Look for pump ripple, mains hum or a neighbouring machine at this frequency; log with the valve unpowered.",
     source="additive sinusoid",
-    also=(Attachment.INPUT,),
+    also=on_both(Attachment.INPUT),
 )

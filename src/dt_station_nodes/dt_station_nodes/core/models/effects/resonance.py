@@ -3,7 +3,7 @@
 import math
 
 from ..compiled import SUBSTEP, Doubles, effect_step
-from .effect import Attachment, Effect, Parameter, Quantity
+from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
 @effect_step
@@ -71,5 +71,5 @@ EFFECT = Effect(
     source="second-order mode; hydraulic natural frequency as Merritt (1967), 6.2",
     state_size=7,
     sub_stepped=True,
-    also=(Attachment.OUTPUT,),
+    also=on_both(Attachment.OUTPUT),
 )

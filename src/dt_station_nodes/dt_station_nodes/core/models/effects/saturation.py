@@ -1,17 +1,41 @@
 """Saturation: the valve, its amplifier or the supply gives no more beyond a limit.
 
-At the output of a path with a static gain the limits are the voltages that would hold it there.
+At the output of a path with a static gain the limits are the voltages that would hold it there; inside an integrating
+path, where the pump gives no more flow, those at which it would move so fast.
 """
 
 import math
 
+from numba import njit
+
 from ...channels import Channel
-from ..compiled import STAGE, STATIC_GAIN, Doubles, effect_step
+from ..compiled import (
+    FREE_VELOCITY,
+    LOAD_VELOCITY,
+    SPEED_GAIN,
+    STAGE,
+    STATIC_GAIN,
+    VELOCITY_GAIN,
+    Doubles,
+    effect_step,
+)
 from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@njit(cache=True)
+def _less_flow(p: Doubles, value: float, c: Doubles) -> float:
+    """The voltage at which the speed, the load's part in it apart, stays at what the limits would make of it."""
+    high, low, speed = p[0] * c[SPEED_GAIN], p[1] * c[SPEED_GAIN], c[FREE_VELOCITY] - c[LOAD_VELOCITY]
+    if c[VELOCITY_GAIN] == 0.0 or high == low:
+        return value
+    allowed = min(max(speed, min(low, high)), max(low, high))
+    return value - (speed - allowed) / c[VELOCITY_GAIN]
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    if c[STAGE] == 1.0:
+        return _less_flow(p, value, c)
     unit = abs(c[STATIC_GAIN]) if c[STAGE] > 1.5 else 1.0
     upper, lower, rounding = p[0] * unit, p[1] * unit, p[2] * unit
     if p[3] > 1e-3:
@@ -67,6 +91,5 @@ EFFECT = Effect(
     step=_step,
     check="Raise the voltage in steps and see where the output stops following; look at amplifier and supply limits.",
     source="Merritt, Hydraulic Control Systems (1967), 5.3: flow saturation",
-    also=(Attachment.OUTPUT,),
-    also_on=(Channel.PRESSURE,),
+    also={Channel.PRESSURE: (Attachment.OUTPUT,), Channel.POSITION: (Attachment.STATE,)},
 )
