@@ -13,9 +13,11 @@ Array = NDArray[np.float64]
 
 # Of the residual's power: what intervals of silence must explain of it.
 TELLING = 0.1
-# A gap shorter than so many cycles is no pause; more intervals than this in a run are a beat of two frequencies.
+# A gap shorter than so many cycles is no pause; bursts come at least and at most so often in a run: once is chance,
+# and very often a beat of two frequencies.
 FEWEST_CYCLES = 3.0
-MOST_INTERVALS = 20
+FEWEST_BURSTS = 2.0
+MOST_BURSTS = 20.0
 _STARTS = 48
 _SHARES = np.linspace(0.15, 0.85, 15)
 # A period is tried where it ends this part of itself later in the run than the last one did.
@@ -54,14 +56,15 @@ def bursts(residual: Array, sample_time_s: float, frequency_hz: float) -> Bursts
     """On and off times that explain most of a residual (n,) at a frequency; None where silence explains nothing."""
     total = float(residual @ residual)
     length_s = len(residual) * sample_time_s
-    shortest = max(FEWEST_CYCLES / max(frequency_hz, 1e-9), length_s / MOST_INTERVALS)
-    if not total > 0.0 or shortest >= length_s:
+    shortest = max(FEWEST_CYCLES / max(frequency_hz, 1e-9), length_s / MOST_BURSTS)
+    longest = length_s / FEWEST_BURSTS
+    if not total > 0.0 or shortest >= longest:
         return None
     summed = _carried(residual, sample_time_s, frequency_hz)
     steady = 2.0 * float(np.abs(summed[-1])) ** 2 / len(residual)
     best, found = 0.0, None
     period = shortest
-    while period < 2.0 * length_s:
+    while period <= longest:
         starts = np.arange(_STARTS) * period / _STARTS
         power = _power(summed, sample_time_s, period, starts, _SHARES)
         place = int(np.argmax(power))

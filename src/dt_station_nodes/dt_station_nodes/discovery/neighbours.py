@@ -47,7 +47,7 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
                 candidate = Candidate(spec.name, spec.at)
                 if spec.name not in bare.added or not candidate.optional:
                     continue
-                forms = refinements(bench.problem, bare.fit.path, candidate, bare.fit.residual)
+                forms = refinements(bench.problem, bare.fit.path, candidate, bare.fit.residual, timed=not bench.rough)
                 free = dict.fromkeys((*candidate.required, *forms.names, *bare.freed.get(spec.name, ())))
                 starts = refined_starts(bare.fit.path, forms)
                 tasks.append(_Bare(bare, {**bare.freed, spec.name: tuple(free)}, [bare.fit.path, *starts]))

@@ -45,9 +45,14 @@ class Refinements:
         return [{name: self.neutral(name) for name in self.timing}, dict(self.timing)] if self.timing else [{}]
 
 
-def refinements(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> Refinements:
-    """What may refine a candidate's plain form fitted on `path`, where the base left `residual` (n,)."""
-    timing = seen_timing(problem, path, candidate.name)
+def refinements(
+    problem: Problem, path: PathSpec, candidate: Candidate, residual: Array, timed: bool = True
+) -> Refinements:
+    """What may refine a candidate's plain form fitted on `path`, where the base left `residual` (n,).
+
+    Not `timed`, nothing is sought that comes and goes: in rough data anything seems to.
+    """
+    timing = seen_timing(problem, path, candidate.name) if timed else {}
     own = [name for name in candidate.optional if candidate.effect.parameter(name).starts]
     return Refinements(candidate, {name: grid(problem, path, candidate, name, residual) for name in own}, timing)
 

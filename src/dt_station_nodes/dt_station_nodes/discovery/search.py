@@ -86,7 +86,7 @@ def _refined(bench: Bench, task: _Task) -> _Task:
     if task.seen is None:
         return task
     path = task.seen.fit.path
-    forms = refinements(bench.problem, path, task.candidate, task.base.fit.residual)
+    forms = refinements(bench.problem, path, task.candidate, task.base.fit.residual, timed=not bench.rough)
     if not forms.names:
         return task
     ones = [_form(bench, task, names, step_starts(path, forms, names), 4, 1) for names in forms.steps]
