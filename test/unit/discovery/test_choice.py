@@ -45,7 +45,7 @@ def leaving(fitted: tuple[Measure, Explanation], noises: float, *names: str) -> 
     return found
 
 
-@pytest.mark.parametrize(("left", "both"), [(0.0, True), (0.1, True), (0.2, False), (0.45, False)])
+@pytest.mark.parametrize(("left", "both"), [(0.0, True), (0.05, True), (0.1, False), (0.45, False)])
 def test_beside_a_large_effect_a_faint_one_is_named_where_it_takes_most_of_what_was_left(
     fitted: tuple[Measure, Explanation], left: float, both: bool
 ) -> None:

@@ -31,6 +31,7 @@ MISSES = 0.12  # of the signal, RMS: what misses more of it has not been underst
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
 ROUGH_FORM = 0.01  # of the signal: a linear path refitted as a whole that misses less has nothing to explain
 ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise
+BENT_SHARE = 0.015  # the same for several effects that need nominal parameters far off as well
 REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
 ALIKE = 1.25  # times what the best leaves beyond noise is as good where that is much
@@ -162,10 +163,10 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         rivals = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]
         # One that is there only in name, its effect fitted to nothing, is no other explanation.
         peers = [p for p in rivals if p[0] > SAME or certain(p[1], measure)]
-        share = ROUGH_SHARE if measure.rough else LEFT_SHARE
-        others = [(behind, e) for behind, e in scored if not set(best.added) <= set(e.added)]
         # Several effects that need nominal parameters far off as well have to explain all of it.
         few = len(best.added) == 1 or not measure.bent(best)
+        share = ROUGH_SHARE if measure.rough else (LEFT_SHARE if few else BENT_SHARE)
+        others = [(behind, e) for behind, e in scored if not set(best.added) <= set(e.added)]
         if few and not measure.rough and min(measure.left(e) for e in known) > NOBODY_LEAVES * left:
             share = REAL_SHARE
         if few and min((measure.left(e) for _, e in others), default=0.0) > NEEDED * left:

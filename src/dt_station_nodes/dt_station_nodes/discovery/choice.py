@@ -23,11 +23,12 @@ NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the l
 WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
 BENT = 12.0  # priors of the nominal parameters, twice the log
 WORTH_SAYING = 0.004  # one that is worth less than this is the form of the former ones,
-FAINT_LEAVES = 0.25  # unless it leaves at most this much of what they left
+FAINT_LEAVES = 0.12  # unless it leaves at most this much of what they left
 SMALL_SHARE = 0.02  # one that is worth less of the gap
-SMALL_LEAVES = 0.05  # must leave next to nothing of it
+SMALL_LEAVES = 0.12  # must leave next to nothing of it
 EVIDENT = (0.003, 0.02)  # of the signal: RMS that it explains on the run, or else on the validation run
 FEWEST_CYCLES = 3.0  # fewer in a run are a drift
+SAME_TURNS = 0.2  # two frequencies that come apart by less of a turn in a run are one
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,11 +202,11 @@ def _beats(explanation: Explanation, problem: Problem) -> bool:
     """Whether a periodic disturbance comes a few times only in a run, or at a frequency that excites it."""
     spec = next(e for e in explanation.fit.path.effects if e.name == "periodic_disturbance")
     frequency = spec.parameters["frequency_hz"]
-    resolution = 0.5 / (len(problem.measured) * problem.simulator.sample_time_s)
-    if frequency < 2.0 * FEWEST_CYCLES * resolution:
+    length_s = len(problem.measured) * problem.simulator.sample_time_s
+    if frequency * length_s < FEWEST_CYCLES:
         return True
     orders = [(base, round(frequency / base)) for base in problem.excitations_hz]
-    return any(1 <= order <= 5 and abs(frequency - order * base) < resolution for base, order in orders)
+    return any(1 <= order <= 5 and abs(frequency - order * base) * length_s < SAME_TURNS for base, order in orders)
 
 
 def _evident(best: Explanation, leader: Explanation, measure: Measure) -> bool:

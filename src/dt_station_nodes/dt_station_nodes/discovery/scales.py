@@ -72,6 +72,14 @@ def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quan
     }
 
 
+def _beside(power: Array, peak: int) -> float:
+    """How far beside its highest sample, in samples, a smooth peak lies: the parabola through three logarithms."""
+    if not 0 < peak < len(power) - 1:
+        return 0.0
+    left, middle, right = np.log(np.maximum(power[peak - 1 : peak + 2], 1e-9 * power[peak]))
+    return float(0.5 * (left - right) / (left - 2.0 * middle + right))
+
+
 def excitations_hz(run: Run) -> tuple[float, ...]:
     """Fundamental frequencies (Hz) of the set-points that move, of voltages where there is no set-point."""
     found = []
@@ -91,5 +99,5 @@ def excitations_hz(run: Run) -> tuple[float, ...]:
         peak = int(np.argmax(power))
         near = np.abs(frequencies - frequencies[peak]) < 3.0 / (n * run.sample_time_s)
         if power[near].sum() > 0.4 * power.sum():
-            found.append(float(frequencies[peak]))
+            found.append(float(frequencies[peak] + _beside(power, peak) * frequencies[1]))
     return tuple(found)
