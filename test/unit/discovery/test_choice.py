@@ -15,7 +15,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
 from dt_station_nodes.discovery import Verdict
 from dt_station_nodes.discovery.channel import _decide
-from dt_station_nodes.discovery.choice import Measure, best_set
+from dt_station_nodes.discovery.choice import Measure, best_set, recurring
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.settings import DiscoverySettings
@@ -75,3 +75,33 @@ def test_what_misses_an_eighth_of_the_signal_is_not_named(
         for names, gap in (((), 5.0), (("delay",), share))
     )
     assert _decide(measure.bench, null.fit.residual, before, [before, after], interrupted=False).verdict is verdict
+
+
+@pytest.mark.parametrize(
+    ("order", "turns", "kept"), [(3, 0.0, False), (3, 0.1, False), (3, 0.4, True), (3, 2.0, True), (2.5, 0.0, True)]
+)
+def test_a_disturbance_is_told_from_a_harmonic_by_part_of_a_turn(
+    fitted: tuple[Measure, Explanation], order: float, turns: float, kept: bool
+) -> None:
+    measure, null = fitted
+    problem = replace(measure.bench.problem, excitations_hz=(0.5,))
+    measure = replace(measure, bench=replace(measure.bench, problem=problem))
+    hertz = 0.5 * order + turns / (len(problem.measured) * problem.simulator.sample_time_s)
+    sine = {"amplitude": 0.01, "frequency_hz": hertz, "phase_rad": 0.0}
+    path = PAPER.with_effect(Channel.POSITION, "periodic_disturbance", sine).paths[Channel.POSITION]
+    found = replace(null, added=("periodic_disturbance",), fit=replace(null.fit, path=path))
+    assert recurring([found], null, measure) == ([found] if kept else [])
+
+
+@pytest.mark.parametrize(
+    ("left", "bending", "verdict"),
+    [(3.0, 0.0, Verdict.NAMED), (3.0, 10.0, Verdict.UNEXPLAINED), (1.0, 10.0, Verdict.NAMED)],
+)
+def test_several_effects_that_bend_the_model_explain_all_of_the_gap(
+    fitted: tuple[Measure, Explanation], left: float, bending: float, verdict: Verdict
+) -> None:
+    null, one = leaving(fitted, 100.0), leaving(fitted, 70.0, "delay")
+    two = leaving(fitted, left, "delay", "rate_limit")
+    known = [null, one, replace(two, fit=replace(two.fit, penalty=bending))]
+    found = _decide(fitted[0].bench, null.fit.residual, null, known, interrupted=False)
+    assert found.verdict is verdict

@@ -1,14 +1,20 @@
 """What drives a run: the set-points that move, else open-loop voltages, never a loop that only holds its place."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy import signal
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import PathSpec
 from dt_station_nodes.core.models.effects import Quantity
 from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery.choice import SAME_TURNS
 from dt_station_nodes.discovery.scales import excitations_hz, scales
 
+Array = NDArray[np.float64]
 TIME_S = 0.02 * np.arange(1500)
 WAVE = np.sin(2.0 * np.pi * 0.4 * TIME_S)
 STILL = np.zeros(1500)
@@ -30,6 +36,15 @@ def test_in_an_open_loop_the_voltage_is() -> None:
 def test_a_loop_that_holds_against_a_disturbance_excites_nothing() -> None:
     hiss = 0.05 * np.random.default_rng(1).standard_normal(1500)
     assert excitations_hz(run(position_setpoint_m=STILL, servo_voltage_v=WAVE + hiss)) == ()
+
+
+@pytest.mark.parametrize("hertz", [0.2179, 0.3237, 0.4013, 0.6551])
+@pytest.mark.parametrize("shape", [np.sin, np.sign, signal.sawtooth], ids=["sine", "square", "sawtooth"])
+def test_its_frequency_is_read_between_the_lines_of_the_spectrum(shape: Callable[[Array], Array], hertz: float) -> None:
+    turn = 2.0 * np.pi * hertz * TIME_S + 0.7
+    (found,) = excitations_hz(run(position_setpoint_m=shape(np.sin(turn) if shape is np.sign else turn)))
+    # Of its fifth harmonic less than half of what counts as another frequency.
+    assert 5.0 * abs(found - hertz) * TIME_S[-1] < 0.5 * SAME_TURNS
 
 
 def times(sample_s: float, lag_s: float, samples: int = 1500) -> tuple[float, float]:
