@@ -202,11 +202,7 @@ def _beats(explanation: Explanation, problem: Problem) -> bool:
     """Whether a periodic disturbance comes a few times only in a run, or at a frequency that excites it."""
     spec = next(e for e in explanation.fit.path.effects if e.name == "periodic_disturbance")
     frequency = spec.parameters["frequency_hz"]
-    length_s = len(problem.measured) * problem.simulator.sample_time_s
-    if frequency * length_s < FEWEST_CYCLES:
-        return True
-    orders = [(base, round(frequency / base)) for base in problem.excitations_hz]
-    return any(1 <= order <= 5 and abs(frequency - order * base) * length_s < SAME_TURNS for base, order in orders)
+    return frequency * problem.length_s < FEWEST_CYCLES or problem.excited_at(frequency, SAME_TURNS)
 
 
 def _evident(best: Explanation, leader: Explanation, measure: Measure) -> bool:

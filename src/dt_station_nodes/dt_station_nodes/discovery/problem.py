@@ -57,6 +57,17 @@ class Problem:
         load = self.simulator.load_pa
         return bool(len(load)) and float(np.std(load)) < _STANDING * abs(float(np.mean(load)))
 
+    @property
+    def length_s(self) -> float:
+        """How long the run lasts."""
+        return len(self.measured) * self.simulator.sample_time_s
+
+    def excited_at(self, frequency_hz: float, turns: float) -> bool:
+        """Whether a frequency is a harmonic of what drives the run: they come apart by less than `turns` in it."""
+        orders = [(base, round(frequency_hz / base)) for base in self.excitations_hz]
+        apart = [abs(frequency_hz - order * base) * self.length_s for base, order in orders if 1 <= order <= _HARMONICS]
+        return any(one < turns for one in apart)
+
     def residual(self, path: PathSpec) -> Array:
         """Measured minus simulated, offsets of anchored windows taken out, shape (n,)."""
         return self.compare(self.simulator.simulate(path))
@@ -85,6 +96,7 @@ _TELLING = 100.0
 _FORGOTTEN = 7.0
 _STANDING = 0.05
 _SETTLING_S = 0.4
+_HARMONICS = 5
 _SETTLING_SHARE = 0.05
 _MANY = 2000
 

@@ -17,8 +17,8 @@ TELLING = 0.1
 # Cycles in a run: slower wanders are a drift, quicker ones none.
 SLOWEST_CYCLES = 1.5
 QUICKEST_CYCLES = 40.0
-# Harmonics of the excitation that are not taken for a swing of its own.
-HARMONICS = 5
+# Turns in a run by which a swing of its own comes apart from the excitation's harmonics.
+APART_TURNS = 0.5
 # Part of a delay that is little enough for its effect to be linear.
 SMALL = 0.1
 
@@ -54,12 +54,13 @@ def _wander(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, flo
     steady = _with(path, spec, {"wander": 0.0})
     residual = problem.residual(steady)
     total = float(residual @ residual)
-    length_s = len(residual) * problem.simulator.sample_time_s
     best, found = TELLING * total, {}
     for cycles in np.arange(SLOWEST_CYCLES, QUICKEST_CYCLES, 0.5):
-        if _of_excitation(problem, float(cycles) / length_s, 0.5 / length_s):
+        frequency_hz = float(cycles) / problem.length_s
+        # What swings with the excitation is a nonlinearity.
+        if problem.excited_at(frequency_hz, APART_TURNS):
             continue
-        numbers = {"wander": SMALL, "wander_hz": float(cycles) / length_s}
+        numbers = {"wander": SMALL, "wander_hz": frequency_hz}
         phases = (0.0, 0.5 * math.pi)
         parts = [residual - problem.residual(_with(path, spec, {**numbers, "wander_rad": turn})) for turn in phases]
         slopes = np.column_stack(parts)
@@ -70,12 +71,6 @@ def _wander(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, flo
             swing = min(SMALL * float(np.hypot(*size)), 1.0)
             found = {**numbers, "wander": swing, "wander_rad": math.atan2(size[1], size[0])}
     return found
-
-
-def _of_excitation(problem: Problem, frequency_hz: float, resolution_hz: float) -> bool:
-    """Whether a frequency is a harmonic of what drives the run: what swings with it is a nonlinearity."""
-    orders = [(base, round(frequency_hz / base)) for base in problem.excitations_hz]
-    return any(1 <= order <= HARMONICS and abs(frequency_hz - order * base) < resolution_hz for base, order in orders)
 
 
 def begun(problem: Problem, path: PathSpec, spec: EffectSpec) -> float:
