@@ -1,6 +1,8 @@
 """Which environment a start belongs to, and what a program in it sees."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -47,7 +49,7 @@ def test_our_own_environment_does_not_count_as_a_sourced_ros(tmp_path):
 
 def test_everything_a_program_may_write_is_inside_the_checkout():
     env = variables(WHEELS, {"PATH": "/usr/bin"})
-    for name in ("NUMBA_CACHE_DIR", "MPLCONFIGDIR", "ROS_HOME", "ROS_LOG_DIR", "COLCON_HOME"):
+    for name in ("NUMBA_CACHE_DIR", "PYTHONPYCACHEPREFIX", "MPLCONFIGDIR", "ROS_HOME", "ROS_LOG_DIR", "COLCON_HOME"):
         assert Path(env[name]).is_relative_to(ROOT / ".dt-station")
     assert env["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
     assert env["RMW_IMPLEMENTATION"] == "rmw_fastrtps_cpp"
@@ -63,6 +65,15 @@ def test_a_start_inside_a_start_changes_nothing():
 def test_the_users_own_settings_win():
     env = variables(WHEELS, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "NUMBA_CACHE_DIR": "/mine"})
     assert (env["ROS_AUTOMATIC_DISCOVERY_RANGE"], env["NUMBA_CACHE_DIR"]) == ("SUBNET", "/mine")
+
+
+def test_bytecode_is_kept_even_where_the_caller_keeps_none(tmp_path):
+    world = World(tmp_path, Path(sys.executable), sys.version_info[:2])
+    (tmp_path / "module.py").write_text("")
+    env = variables(world, {"PATH": os.defpath, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": str(tmp_path)})
+    subprocess.run([sys.executable, "-c", "import module"], env=env, check=True)
+    assert list(world.cache.rglob("module.*.pyc"))
+    assert not (tmp_path / "__pycache__").exists()
 
 
 def test_with_a_sourced_ros_its_middleware_and_libraries_stay():
