@@ -66,6 +66,10 @@ class Growth:
                 break
             near = LIKELY * measure.left(inside[0])
             bases = [e for e in inside[: beam if size == 1 else 1] if measure.left(e) <= near or e is inside[0]]
+            # What has been grown already would give the same again.
+            bases = [e for e in bases if self._grown.get(tuple(sorted(e.added))) is not e]
+            if not bases:
+                break
             self._grown.update({tuple(sorted(e.added)): e for e in bases})
             self._learn(scan(self._bench, bases, MOST, self._finest), measure)
 

@@ -66,11 +66,13 @@ class Hypothesis:
         nominal: dict[str, float] = {}
         away: dict[str, float] = {}
         coefficients: dict[str, list[float]] = {}
-        effects = [dict(effect.parameters) for effect in self.path.effects]
+        moved: dict[int, dict[str, float]] = {}
         for term, value in zip(self.terms, x, strict=True):
             number = term.to_value(float(value))
             if term.effect >= 0:
-                effects[term.effect][term.name] = number
+                if term.effect not in moved:
+                    moved[term.effect] = dict(self.path.effects[term.effect].parameters)
+                moved[term.effect][term.name] = number
             elif term.name == "disturbance_gain":
                 away["gain"] = number
             elif term.name.startswith(("numerator_", "denominator_")):
@@ -80,8 +82,8 @@ class Hypothesis:
                 nominal[term.name] = number
         changes: dict[str, object] = {**nominal, **{side: tuple(values) for side, values in coefficients.items()}}
         changes["effects"] = tuple(
-            EffectSpec.model_construct(name=old.name, at=old.at, parameters=new)
-            for old, new in zip(self.path.effects, effects, strict=True)
+            EffectSpec.model_construct(name=old.name, at=old.at, parameters=moved[index]) if index in moved else old
+            for index, old in enumerate(self.path.effects)
         )
         if away and self.path.disturbance is not None:
             changes["disturbance"] = self.path.disturbance.model_copy(update=away)

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from ..channels import Channel
 from . import kernel
 from .compiled import CONTEXT_SIZE
+from .effects import Attachment, registry
 from .linear import LinearPath
 from .prepare import PreparedPath, prepare, standing, substeps
-from .spec import ModelSpec, PathSpec
+from .spec import DisturbanceSpec, ModelSpec, PathSpec
 
 Array = NDArray[np.float64]
 
@@ -25,6 +26,11 @@ def _absent(step_s: float, state_at: int, rest: float) -> PreparedPath:
     nothing = prepare(None, step_s, state_at)
     nothing.numbers[kernel.REST_OUTPUT] = rest
     return nothing
+
+
+def _on_voltage(path: PathSpec) -> bool:
+    """Whether all effects of a path act on its voltage, before anything that the load moves."""
+    return all((effect.at or registry()[effect.name].attachment) is Attachment.INPUT for effect in path.effects)
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +52,7 @@ class PathSimulator:
     first_velocity: float | None = None
     other_v: Array | None = None
     _voltages: Array = field(init=False)
+    _loads: dict[tuple[object, ...], Array] = field(init=False, default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         voltages = np.zeros((len(self.voltage_v), 2))
@@ -67,6 +74,24 @@ class PathSimulator:
         """Output of the path (SI), shape (n,), standing at `first` at the start."""
         spec = ModelSpec.model_construct(name="path", source="", paths={self.channel: path})
         steps = substeps(spec, self.sample_time_s)
+        away = path.disturbance
+        if away is None or not _on_voltage(path):
+            return self._simulate(path, steps)
+        # What the load does is then the same whatever the effects do.
+        alone = path.model_copy(update={"disturbance": None})
+        held = all(registry()[effect.name].holds for effect in path.effects)
+        return self._simulate(alone, 1 if held else steps) + away.gain * self._load_part(path, away, steps)
+
+    def _load_part(self, path: PathSpec, away: DisturbanceSpec, steps: int) -> Array:
+        """What the load adds to the output (SI), shape (n,), with a gain of 1; remembered."""
+        key = (away.numerator, away.denominator, away.time_scale, away.input_scale, path.scale, steps)
+        if key not in self._loads:
+            unit = away.model_copy(update={"gain": 1.0})
+            silent = {"numerator": (0.0,), "denominator": (1.0,), "rest": 0.0, "effects": (), "disturbance": unit}
+            self._loads[key] = self._simulate(path.model_copy(update=silent), steps)
+        return self._loads[key]
+
+    def _simulate(self, path: PathSpec, steps: int) -> Array:
         step_s = self.sample_time_s / steps
         is_pressure = self.channel is Channel.PRESSURE
         pressure = prepare(path, step_s, _FIRST_STATE) if is_pressure else _absent(step_s, _FIRST_STATE, self.rest_pa)

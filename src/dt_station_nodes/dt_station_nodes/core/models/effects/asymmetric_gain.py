@@ -56,4 +56,5 @@ EFFECT = Effect(
     check="Compare speed out and in at the same voltage; compare piston and rod side areas, look for a worn edge.",
     source="differential cylinder: Jelali & Kroll, Hydraulic Servo-systems (2003), 4.3",
     also={Channel.POSITION: (Attachment.STATE,)},
+    holds=True,
 )

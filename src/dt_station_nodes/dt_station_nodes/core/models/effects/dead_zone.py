@@ -69,4 +69,5 @@ EFFECT = Effect(
     step=_step,
     check="Sweep the voltage slowly through zero and read off where the flow starts in each direction.",
     source="Merritt, Hydraulic Control Systems (1967), 5.4: lapped spool",
+    holds=True,
 )

@@ -91,7 +91,8 @@ class Effect:
     """One effect of the library.
 
     `step` is a C function made by `effect_step`; its parameters come in the order of `parameters`, its state is
-    `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample. `also` lists
+    `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample; those that
+    `hold` give the same as long as the voltage before them is the same. `also` lists
     the places other than `attachment` where a model may put it and discovery tries it, by channel. Effects outside the
     `vocabulary` are never named by discovery: they stand for behaviour that must not be mistaken for a named effect;
     those that they are at one end of their range are their `special_cases`.
@@ -107,6 +108,7 @@ class Effect:
     channels: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
     state_size: int = 0
     sub_stepped: bool = False
+    holds: bool = False
     also: Mapping[Channel, tuple[Attachment, ...]] = field(default_factory=dict)
     vocabulary: bool = True
     special_cases: tuple[str, ...] = ()
@@ -114,6 +116,11 @@ class Effect:
     def places(self, channel: Channel) -> tuple[Attachment, ...]:
         """Where it may sit on a channel, its usual place first."""
         return (self.attachment, *self.also.get(channel, ()))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Its parameters' names, in their order."""
+        return tuple(p.name for p in self.parameters)
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name; KeyError if there is none."""
@@ -124,7 +131,7 @@ class Effect:
         missing = [p.name for p in self.parameters if not p.optional and p.name not in given]
         unknown = sorted(set(given) - {p.name for p in self.parameters})
         if missing or unknown:
-            names = ", ".join(p.name for p in self.parameters)
+            names = ", ".join(self.names)
             raise ValueError(
                 f"effect {self.name} takes {names}; missing {missing or 'none'}, unknown {unknown or 'none'}"
             )

@@ -12,7 +12,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         for j in range(9):
             s[j] = value
         s[10] = value
-    if bouc_wen > 0.0 and half_width > 0.0:
+    if bouc_wen > 0.0 and half_width > 0.0 and value != s[10]:
         # Bouc-Wen with beta = gamma = 1/2: w z' = u' (1 - |z|^n) on the way out, w z' = u' on the way back.
         move = (value - s[10]) / half_width
         pieces = min(1 + int(abs(move) * 8.0), 400)
@@ -91,4 +91,5 @@ EFFECT = Effect(
     source="Prandtl-Ishlinskii play operators; Visintin, Differential Models of Hysteresis (1994); "
     "Wen, J. Eng. Mech. 102 (1976)",
     state_size=12,
+    holds=True,
 )

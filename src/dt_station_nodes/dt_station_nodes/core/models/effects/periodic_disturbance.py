@@ -11,8 +11,10 @@ _EDGE = 0.02  # of a period of bursts: what it takes to come on, and to go off
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     angle = 2.0 * math.pi * p[1] * (c[TIME] + c[SUBSTEP]) + p[2]
-    wave = math.sin(angle) + p[3] * math.sin(2.0 * angle) + p[4] * math.cos(2.0 * angle)
-    wave += p[5] * math.sin(3.0 * angle) + p[6] * math.cos(3.0 * angle)
+    sine, cosine = math.sin(angle), math.cos(angle)
+    twice = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
+    wave = sine + p[3] * twice[0] + p[4] * twice[1]
+    wave += p[5] * (twice[0] * cosine + twice[1] * sine) + p[6] * (twice[1] * cosine - twice[0] * sine)
     if p[7] > 0.0:
         into = ((c[TIME] + c[SUBSTEP] - p[9]) / p[7]) % 1.0
         middle = abs(into - 0.5 * p[8])

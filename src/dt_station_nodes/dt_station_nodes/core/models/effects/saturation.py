@@ -92,4 +92,5 @@ EFFECT = Effect(
     check="Raise the voltage in steps and see where the output stops following; look at amplifier and supply limits.",
     source="Merritt, Hydraulic Control Systems (1967), 5.3: flow saturation",
     also={Channel.PRESSURE: (Attachment.OUTPUT,), Channel.POSITION: (Attachment.STATE,)},
+    holds=True,
 )

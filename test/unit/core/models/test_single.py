@@ -1,0 +1,60 @@
+"""One path alone: the same as in the whole model, whatever of it is simulated apart or once for all."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PlantModel
+from dt_station_nodes.core.models.effects import Attachment, registry
+
+PAPER = ModelSpec.from_yaml((Path(__file__).parents[4] / "config" / "models" / "paper.yaml").read_text())
+SAMPLE_S = 0.02
+SAMPLES = 300
+# On the output an effect remembers what was measured first, which a whole model does not know.
+PLACES = [
+    (name, at)
+    for name, effect in sorted(registry().items())
+    if Channel.POSITION in effect.channels
+    for at in effect.places(Channel.POSITION)
+    if at is not Attachment.OUTPUT
+]
+
+
+def drive():
+    time = np.arange(SAMPLES) * SAMPLE_S
+    servo = 1.5 * np.sin(2.0 * np.pi * 0.7 * time) + 0.4 * np.sign(np.sin(2.0 * np.pi * 1.3 * time))
+    servo[0] = 0.0
+    pressure = 1e6 + 1.5e6 * (1.0 - np.cos(2.0 * np.pi * 0.4 * time))
+    return servo, pressure
+
+
+def parameters(effect):
+    hertz = {p.name: 2.0 for p in effect.parameters if p.name.endswith("_hz")}
+    started = {p.name: p.starts[-1] for p in effect.parameters if p.starts}
+    return effect.complete({**started, **hertz})
+
+
+@pytest.mark.parametrize(("name", "at"), PLACES)
+def test_alone_a_path_does_what_it_does_in_the_whole_model(name, at):
+    servo, pressure = drive()
+    effect = EffectSpec(name=name, at=at, parameters=parameters(registry()[name]))
+    path = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (effect,)})
+    whole = ModelSpec(name="whole", paths={**PAPER.paths, Channel.POSITION: path})
+    load_voltage = np.sin(np.arange(SAMPLES) / 9.0)
+    made = PlantModel(whole, SAMPLE_S).simulate(load_voltage, servo, pressure, interpolate_pressure=True)
+    alone = PathSimulator(Channel.POSITION, SAMPLE_S, servo, pressure, 1e6, 0.0, other_v=load_voltage)
+    assert alone.simulate(path) == pytest.approx(made.position_m, rel=1e-9, abs=1e-9 * np.ptp(made.position_m))
+
+
+def test_what_the_load_does_goes_with_the_disturbance_gain():
+    servo, pressure = drive()
+    path = PAPER.paths[Channel.POSITION]
+    alone = PathSimulator(Channel.POSITION, SAMPLE_S, servo, pressure, 1e6, 0.0)
+    given, twice, none = (
+        alone.simulate(path.model_copy(update={"disturbance": path.disturbance.model_copy(update={"gain": gain})}))
+        for gain in (1.0, 2.0, 0.0)
+    )
+    assert twice - none == pytest.approx(2.0 * (given - none), abs=1e-12)
+    assert np.ptp(given - none) > 1e-4
