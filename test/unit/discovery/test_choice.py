@@ -13,9 +13,9 @@ from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
-from dt_station_nodes.discovery import Verdict
+from dt_station_nodes.discovery import Verdict, choice
 from dt_station_nodes.discovery.channel import _decide
-from dt_station_nodes.discovery.choice import Measure, best_set, recurring
+from dt_station_nodes.discovery.choice import ENOUGH_TO_NAME, Measure, best_set, recurring
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.settings import DiscoverySettings
@@ -105,3 +105,17 @@ def test_several_effects_that_bend_the_model_explain_all_of_the_gap(
     known = [null, one, replace(two, fit=replace(two.fit, penalty=bending))]
     found = _decide(fitted[0].bench, null.fit.residual, null, known, interrupted=False)
     assert found.verdict is verdict
+
+
+@pytest.mark.parametrize(("bending", "named"), [(8.0, False), (10.0, True)])
+def test_parameters_further_off_than_models_are_need_no_more_evidence_than_a_gap(
+    fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, bending: float, named: bool
+) -> None:
+    monkeypatch.setattr(choice, "_stands", lambda *_: True)
+    measure, given = fitted
+    null = replace(leaving(fitted, 0.0), fit=replace(given.fit, penalty=bending))
+    one = leaving(fitted, 0.0, "delay")
+    score = measure.score(null) - measure.score(one)
+    told = replace(one, fit=replace(one.fit, penalty=score - 1.2 * ENOUGH_TO_NAME))
+    best = best_set(null, [null, told], measure)
+    assert bool(best.added) is named

@@ -11,6 +11,7 @@ from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.discovery import growth
 from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.growth import Growth
 from dt_station_nodes.discovery.problem import make_problem
@@ -53,3 +54,19 @@ def test_the_pair_in_the_run_is_grown_and_nothing_known_gets_worse(
     assert set(leader.added) == {"dead_zone", "delay"}
     after = {tuple(sorted(e.added)): measure.score(e) for e in known}
     assert all(after[tuple(sorted(e.added))] <= measure.score(e) + 1e-9 for e in found)
+
+
+def test_what_has_been_grown_is_not_grown_again(
+    singles: tuple[Bench, Explanation, list[Explanation]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench, null, found = singles
+    bases: list[Explanation] = []
+
+    def fruitless(_bench: Bench, chosen: list[Explanation], _most: int, _finest: int) -> list[Explanation]:
+        bases.extend(chosen)
+        return []
+
+    monkeypatch.setattr(growth, "scan", fruitless)
+    Growth(bench, null, list(found), 3).run()
+    assert bases
+    assert len({id(base) for base in bases}) == len(bases)

@@ -11,7 +11,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, all_starts, library
 from dt_station_nodes.discovery.problem import Problem, make_problem
-from dt_station_nodes.discovery.search import scan_whole
+from dt_station_nodes.discovery.search import scan, scan_whole
 from dt_station_nodes.discovery.selection import Bench, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -55,6 +55,41 @@ def test_an_effect_of_many_parameters_is_found_where_its_plain_form_explains_not
     assert found["half_width_v"] == pytest.approx(LOOPS["half_width_v"], rel=0.15)
     assert found["depth"] == pytest.approx(LOOPS["depth"], rel=0.15)
     assert float(np.std(best.fit.residual)) < 1.2 * NOISE_M
+
+
+def run_with(effect: str, parameters: dict[str, float], voltage: np.ndarray, first_m: float = 0.0) -> Problem:
+    """A position path with one effect, and a little noise."""
+    path = PAPER.with_effect(Channel.POSITION, effect, parameters).paths[Channel.POSITION]
+    position = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 1e6, first_m).simulate(path)
+    position += NOISE_M * np.random.default_rng(3).standard_normal(voltage.size)
+    run = Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
+    return make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+
+
+def best_single(problem: Problem) -> dict[str, float]:
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    best = scan(bench, [fit_null(bench, path)], 6, 2)[0]
+    return {best.added[0]: 1.0, **best.fit.path.effects[-1].parameters}
+
+
+@pytest.mark.parametrize("half_width_v", [0.11, 0.17, 0.29])
+def test_a_valve_that_jumps_open_is_found_although_its_band_acts_in_stairs(half_width_v: float) -> None:
+    time_s = np.arange(900) * 0.02
+    voltage = 0.6 * np.sin(2.1 * time_s) + 0.2 * np.sin(5.3 * time_s)
+    jumping = {"half_width_v": half_width_v, "restored": 1.0}
+    found = best_single(run_with("dead_zone", jumping, voltage))
+    assert found["half_width_v"] == pytest.approx(half_width_v, rel=0.02)
+    assert found["restored"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_spring_is_found_that_is_at_rest_far_from_where_the_run_goes() -> None:
+    time_s = np.arange(900) * 0.02
+    voltage = 0.02 + 1.5 * np.cos(1.0 * time_s)
+    found = best_single(run_with("cubic_stiffness", {"coefficient": 8.0}, voltage, first_m=0.13))
+    assert "cubic_stiffness" in found
+    assert found["coefficient"] == pytest.approx(8.0, rel=0.05)
+    assert found["centre"] == pytest.approx(0.0, abs=0.01)
 
 
 def test_candidates_are_the_effects_that_can_act_there() -> None:

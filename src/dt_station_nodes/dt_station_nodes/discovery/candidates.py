@@ -20,6 +20,7 @@ T = TypeVar("T")
 Freed = Mapping[str, tuple[str, ...]]
 
 _MOST_PAIRS = 150
+_FINE_STARTS = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +57,12 @@ def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
         # Play belongs to a linkage; in a pressure valve it could only be another word for hysteresis.
         if channel in effect.channels and (name, channel) != ("backlash", Channel.PRESSURE):
             found += [Candidate(name, at) for at in (None, *effect.places(channel)[1:])]
-            found += [Candidate(name, apart=True)] * (apart and any(p.apart for p in effect.parameters))
+            found += [Candidate(name, apart=True)] * (apart and any(_by_itself(p) for p in effect.parameters))
     return tuple(found)
+
+
+def _by_itself(parameter: Parameter) -> bool:
+    return parameter.apart and not parameter.tried_first
 
 
 def in_vocabulary(name: str) -> bool:
@@ -79,8 +84,13 @@ def _spectral_peaks(residual: Array, sample_time_s: float, count: int = 3) -> li
     return peaks
 
 
-def grid(problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array) -> list[float]:
-    """Values that a parameter's fit begins from, on a path whose `residual` (n,) it shall explain."""
+def grid(
+    problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array, fine: bool = False
+) -> list[float]:
+    """Values that a parameter's fit begins from, on a path whose `residual` (n,) it shall explain.
+
+    `fine`: many of a parameter with a grain, from which no fit gets far.
+    """
     parameter = candidate.effect.parameter(name)
     if parameter.quantity is Quantity.FREQUENCY:
         peaks = _spectral_peaks(residual, problem.simulator.sample_time_s)
@@ -90,6 +100,8 @@ def grid(problem: Problem, path: PathSpec, candidate: Candidate, name: str, resi
         # A run far from mid-stroke most often has its spring where it moves about.
         return [0.0, float(np.mean(problem.measured)) - path.rest]
     unit = unit_of(problem, parameter, candidate.at or candidate.effect.attachment)
+    if fine and parameter.grain > 0.0:
+        return list(unit * np.geomspace(min(parameter.starts), 1.5 * max(parameter.starts), _FINE_STARTS))
     return [start * unit for start in parameter.starts]
 
 
@@ -110,9 +122,11 @@ def hypothesis(problem: Problem, path: PathSpec, nominal: tuple[Term, ...], free
     return Hypothesis(path, tuple(terms))
 
 
-def plain_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
-    """Paths with the candidate in its plain form at every combination of its starts."""
-    grids = [grid(problem, path, candidate, p, residual) for p in candidate.required]
+def plain_starts(
+    problem: Problem, path: PathSpec, candidate: Candidate, residual: Array, fine: bool = False
+) -> list[PathSpec]:
+    """Paths with the candidate in its plain form at every combination of its starts, `fine` ones if so wanted."""
+    grids = [grid(problem, path, candidate, p, residual, fine) for p in candidate.required]
     combinations = list(product(*grids))
     return [add_effect(path, candidate, dict(zip(candidate.required, c, strict=True))) for c in combinations]
 

@@ -17,7 +17,8 @@ SEEN = 2.0  # times what no one would call a gap: less is none
 FAR_OFF = 4.0  # priors of the nominal parameters, twice the log: one of them off by 2.6 of their widths
 ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
-UNSEEN = 1.4  # times as much where nominal parameters far off leave no gap that shows
+UNSEEN = 1.4  # times as much where nominal parameters far off leave no gap that shows,
+UNHEARD_OF = 9.0  # unless they are off by more than models are: one by 5.8 of its prior's widths
 TOGETHER = 3.0  # times as much for a pair of which neither earns its name alone
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
 WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
@@ -107,7 +108,8 @@ def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> E
         if not tier:
             break
         leader = next((e for e in sorted(tier, key=measure.score) if _stands(best, e, measure)), None)
-        enough = ENOUGH_TO_NAME * (1.0 if measure.seen(null) else UNSEEN)
+        plain = measure.seen(null) or null.fit.penalty > UNHEARD_OF
+        enough = ENOUGH_TO_NAME * (1.0 if plain else UNSEEN)
         if size > 1:
             # A set none of whose parts is worth a word alone has chosen among very many.
             enough = ROUGH_ENOUGH if measure.rough else enough * (1.0 if best.added else TOGETHER)

@@ -222,4 +222,4 @@ def effect_term(problem: Problem, index: int, parameter: Parameter, at: Attachme
         upper = max(upper, parameter.upper * SAMPLE_S / problem.simulator.sample_time_s)
     if logarithmic:
         lower = max(lower, 1e-4 * upper)
-    return Term(index, parameter.name, lower, upper, unit, logarithmic)
+    return Term(index, parameter.name, lower, upper, unit, logarithmic, grain=parameter.grain)

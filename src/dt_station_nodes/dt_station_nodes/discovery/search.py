@@ -20,7 +20,7 @@ from .candidates import (
 from .hypothesis_fit import fit_hypothesis
 from .refinements import refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
-from .start_groups import by_frequency, unbent
+from .start_groups import by_form, unbent
 from .terms import Hypothesis
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypoth
     """Starts from the base's nominal parameters, and from the given ones where it may have bent them to hide it."""
     base = task.base
     freed = {**task.freed, task.candidate.name: task.candidate.required}
-    paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual)
+    paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual, fine=True)
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
     return starts, unbent(bench.nominal, starts), hypotheses[0]
@@ -72,7 +72,7 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     problem, base, candidate = bench.problem, task.base, task.candidate
     starts, near, like = _starts(bench, task)
     groups = [(starts if task.seen is None else [task.seen.fit.fitted.x], 2), (near, 2)]
-    groups += [(apart, 1) for apart in by_frequency(like, starts)]
+    groups += [(apart, 1) for apart in by_form(like, starts)]
     if len(base.added) == 1:
         groups.append((pair_starts(problem, base.fit.path, candidate, base.fit.residual, like), 2))
     fits = [fit_hypothesis(problem, like, group, bench.iterations, keep) for group, keep in groups if group]

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.models.effects import registry
 from .terms import Hypothesis, Term
 
 Array = NDArray[np.float64]
@@ -21,10 +22,12 @@ def unbent(nominal: Sequence[Term], starts: list[Array]) -> list[Array]:
     return [np.concatenate([centres, x[len(centres) :]]) for x in starts]
 
 
-def by_frequency(like: Hypothesis, starts: list[Array]) -> list[list[Array]]:
-    """Starts of one frequency each, where the candidate has one: between them there is no way down."""
+def by_form(like: Hypothesis, starts: list[Array]) -> list[list[Array]]:
+    """Starts of one frequency or one form each, where the candidate has several: between them there is no way down."""
     last = len(like.path.effects) - 1
-    place = next((i for i, t in enumerate(like.terms) if t.effect == last and t.name == "frequency_hz"), None)
+    effect = registry()[like.path.effects[last].name]
+    forms = {p.name for p in effect.parameters if p.name == "frequency_hz" or (p.tried_first and p.apart)}
+    place = next((i for i, t in enumerate(like.terms) if t.effect == last and t.name in forms), None)
     if place is None:
         return []
     apart: dict[float, list[Array]] = {}

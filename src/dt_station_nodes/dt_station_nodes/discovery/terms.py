@@ -28,6 +28,7 @@ class Term:
     logarithmic: bool = False
     prior: float = 0.0  # half-width of the nominal parameter's prior in x, 0 for none
     centre: float = 0.0  # where that prior sits, in x
+    grain: float = 0.0  # least change in x that shows; 0: any does
 
     def to_x(self, value: float) -> float:
         """Searched variable of a value."""
@@ -59,7 +60,8 @@ class Hypothesis:
     @property
     def steps(self) -> Array:
         """Lengths (p,) of the finite differences in the searched variables."""
-        return np.array([_STEP if term.logarithmic or term.prior else 10.0 * _STEP for term in self.terms])
+        least = (_STEP if term.logarithmic or term.prior else 10.0 * _STEP for term in self.terms)
+        return np.array([max(step, term.grain) for step, term in zip(least, self.terms, strict=True)])
 
     def path_at(self, x: Array) -> PathSpec:
         """The path with the free numbers set from the searched variables (p,)."""

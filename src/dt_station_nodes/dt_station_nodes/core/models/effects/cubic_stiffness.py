@@ -24,7 +24,7 @@ EFFECT = Effect(
             "voltage needed per cube of the stroke, or of the pressure",
             -3.0,
             3.0,
-            (0.004, 0.02, 0.2, -0.02),
+            (0.0008, 0.004, 0.02, 0.2, -0.02),
         ),
         Parameter(
             "centre",

@@ -33,7 +33,15 @@ EFFECT = Effect(
     sentence="Voltages within a band around the centre do not move the valve.",
     attachment=Attachment.INPUT,
     parameters=(
-        Parameter("half_width_v", Quantity.INPUT, "half the width of the dead band", 0.0, 1.5, (0.02, 0.06, 0.15, 0.4)),
+        Parameter(
+            "half_width_v",
+            Quantity.INPUT,
+            "half the width of the dead band",
+            0.0,
+            1.5,
+            (0.02, 0.06, 0.15, 0.4),
+            grain=0.005,
+        ),
         Parameter(
             "centre_v",
             Quantity.INPUT,
@@ -55,6 +63,7 @@ EFFECT = Effect(
             (0.0, 1.0),
             optional=True,
             tried_first=True,
+            apart=True,
         ),
         Parameter(
             "leak",

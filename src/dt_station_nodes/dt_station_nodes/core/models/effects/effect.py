@@ -48,12 +48,14 @@ class Parameter:
 
     `lower`, `upper` and `starts` are multiples of the run's scale of `quantity` (1 for ratios and radians, and for
     times, rates and hertz where path and run are about as fast and as long as a servo valve's); `neutral` is the
-    value, in the parameter's own unit, at which it changes nothing. An `optional` parameter refines the form and stays
-    neutral unless a model sets it or a fit frees it. The effect is present where a parameter that `acts_alone` (None:
-    every one that is not optional) is off its neutral value. One `tried_first` is optional in a model, but a fit frees
-    it from the start; one without `starts` is tried where the run itself shows where to begin; one `apart` makes a form
-    of its own, to which no fit finds the way from the plain one. `usual` values are a choice of form, no measured
-    number: a fit that ends near one is tried there.
+    value, in the parameter's own unit, at which it changes nothing. An `optional` parameter refines the form and
+    stays neutral unless a model sets it or a fit frees it. The effect is present where a parameter that `acts_alone`
+    (None: every one that is not optional) is off its neutral value. One `tried_first` is optional in a model, but a
+    fit frees it from the start; one without `starts` is tried where the run itself shows where to begin; one `apart`
+    makes a form of its own, to which no fit finds the way from the plain one; tried first, each of its starts does.
+    `usual` values are a choice of form, no measured number: a fit that ends near one is tried there. What a parameter
+    changes may come in stairs: less than its `grain` shows in no sample, so its fit begins from finer starts and
+    takes slopes over that.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Parameter:
     tried_first: bool = False
     apart: bool = False
     usual: tuple[float, ...] = ()
+    grain: float = 0.0
 
     @property
     def shows_presence(self) -> bool:

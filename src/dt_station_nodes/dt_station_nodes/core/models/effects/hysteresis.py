@@ -81,7 +81,7 @@ EFFECT = Effect(
             "share of the voltage that passes through the loop",
             0.1,
             2.0,
-            (1.0,),
+            (1.0, 0.6),
             neutral=1.0,
             optional=True,
         ),
