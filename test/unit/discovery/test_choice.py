@@ -107,13 +107,17 @@ def test_several_effects_that_bend_the_model_explain_all_of_the_gap(
     assert found.verdict is verdict
 
 
-@pytest.mark.parametrize(("bending", "named"), [(8.0, False), (10.0, True)])
-def test_parameters_further_off_than_models_are_need_no_more_evidence_than_a_gap(
-    fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, bending: float, named: bool
+@pytest.mark.parametrize(("widths", "named"), [(4.5, False), (5.5, True)])
+def test_a_parameter_further_off_than_models_are_needs_no_more_evidence_than_a_gap(
+    fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, widths: float, named: bool
 ) -> None:
     monkeypatch.setattr(choice, "_stands", lambda *_: True)
     measure, given = fitted
-    null = replace(leaving(fitted, 0.0), fit=replace(given.fit, penalty=bending))
+    terms, x = given.fit.hypothesis.terms, given.fit.fitted.x.copy()
+    place = next(i for i, term in enumerate(terms) if term.name == "time_scale")
+    x[place] = terms[place].centre + widths * terms[place].prior
+    bent = replace(given.fit, fitted=replace(given.fit.fitted, x=x), penalty=10.0)
+    null = replace(leaving(fitted, 0.0), fit=bent)
     one = leaving(fitted, 0.0, "delay")
     score = measure.score(null) - measure.score(one)
     told = replace(one, fit=replace(one.fit, penalty=score - 1.2 * ENOUGH_TO_NAME))

@@ -21,6 +21,8 @@ Freed = Mapping[str, tuple[str, ...]]
 
 _MOST_PAIRS = 150
 _FINE_STARTS = 16
+# A run that moves less than this of its way from a spring's place sees a small part of its curve.
+_FAR = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,13 +98,24 @@ def grid(
         peaks = _spectral_peaks(residual, problem.simulator.sample_time_s)
         # A mode rings where it is, but what drives it colours the residual more.
         return peaks if candidate.name == "periodic_disturbance" else [*parameter.starts, *peaks[:2]]
-    if candidate.name == "cubic_stiffness" and parameter.name == "centre":
-        # A run far from mid-stroke most often has its spring where it moves about.
-        return [0.0, float(np.mean(problem.measured)) - path.rest]
     unit = unit_of(problem, parameter, candidate.at or candidate.effect.attachment)
+    if candidate.name == "cubic_stiffness" and parameter.name in ("centre", "coefficient"):
+        return _spring_starts(problem, path, parameter, unit)
     if fine and parameter.grain > 0.0:
         return list(unit * np.geomspace(min(parameter.starts), 1.5 * max(parameter.starts), _FINE_STARTS))
     return [start * unit for start in parameter.starts]
+
+
+def _spring_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
+    """Where a spring's place and its stiffness begin: most often where the run moves about, or else far from there."""
+    away = float(np.mean(problem.measured)) - path.rest
+    if parameter.name == "centre":
+        return [0.0, away]
+    scales = problem.scales
+    travel = (scales[Quantity.INPUT_PER_OUTPUT] / scales[Quantity.INPUT_PER_OUTPUT_CUBED]) ** 0.5
+    nearer = travel / max(abs(away), travel)
+    sizes = [*parameter.starts, *(size * nearer**3 for size in parameter.starts if nearer < _FAR)]
+    return [size * unit for size in sizes]
 
 
 def add_effect(path: PathSpec, candidate: Candidate, parameters: Mapping[str, float]) -> PathSpec:

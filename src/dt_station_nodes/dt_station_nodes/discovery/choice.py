@@ -18,7 +18,7 @@ FAR_OFF = 4.0  # priors of the nominal parameters, twice the log: one of them of
 ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
 UNSEEN = 1.4  # times as much where nominal parameters far off leave no gap that shows,
-UNHEARD_OF = 9.0  # unless they are off by more than models are: one by 5.8 of its prior's widths
+UNHEARD_OF = 5.0  # widths of its prior by which one is off: more than models are
 TOGETHER = 3.0  # times as much for a pair of which neither earns its name alone
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
 WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
@@ -108,7 +108,7 @@ def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> E
         if not tier:
             break
         leader = next((e for e in sorted(tier, key=measure.score) if _stands(best, e, measure)), None)
-        plain = measure.seen(null) or null.fit.penalty > UNHEARD_OF
+        plain = measure.seen(null) or null.fit.furthest > UNHEARD_OF
         enough = ENOUGH_TO_NAME * (1.0 if plain else UNSEEN)
         if size > 1:
             # A set none of whose parts is worth a word alone has chosen among very many.

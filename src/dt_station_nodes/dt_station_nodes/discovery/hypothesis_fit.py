@@ -35,6 +35,12 @@ class Fit:
         return tuple(effect.name for effect in self.path.effects)
 
     @property
+    def furthest(self) -> float:
+        """Widths of its prior by which the nominal parameter is off that is off most."""
+        terms = zip(self.hypothesis.terms, self.fitted.x, strict=True)
+        return max((abs(float(x) - term.centre) / term.prior for term, x in terms if term.prior), default=0.0)
+
+    @property
     def freedoms(self) -> int:
         """Free numbers."""
         return len(self.hypothesis.terms)

@@ -1,5 +1,7 @@
 """Whether the effects of an explanation are what their names say, and not another at the end of its range."""
 
+import numpy as np
+
 from ..core.channels import Channel
 from ..core.models.effects import Quantity
 from .problem import Problem
@@ -48,10 +50,12 @@ def _one_sided(explanation: Explanation) -> bool:
 
 
 def _hardens(explanation: Explanation, problem: Problem) -> bool:
-    """Whether a spring's cube is felt within the travel: a linear one is what leaks back, or a pole off zero."""
-    spring = next(e for e in explanation.fit.path.effects if e.name == "cubic_stiffness").parameters
+    """Whether a spring's cube is felt where the run goes: a linear one is what leaks back, or a pole off zero."""
+    path = explanation.fit.path
+    spring = next(e for e in path.effects if e.name == "cubic_stiffness").parameters
     travel_squared = problem.scales[Quantity.INPUT_PER_OUTPUT] / problem.scales[Quantity.INPUT_PER_OUTPUT_CUBED]
-    return abs(spring["coefficient"]) * travel_squared > LEAST_CUBE * abs(spring["linear"])
+    bent = float(np.mean(problem.measured)) - path.rest - spring["centre"]
+    return abs(spring["coefficient"]) * max(travel_squared, bent**2) > LEAST_CUBE * abs(spring["linear"])
 
 
 def _loses(explanation: Explanation) -> bool:
