@@ -10,6 +10,7 @@ from .hypothesis_fit import fit_hypothesis
 from .refinements import refined_starts, refinements
 from .search import scan
 from .selection import Bench, Explanation
+from .timing import without
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +25,7 @@ class _Bare:
 def _without(bench: Bench, explanation: Explanation, name: str) -> Explanation:
     """An explanation less one effect, the others as they were fitted beside it."""
     fit = explanation.fit
-    path = fit.path.model_copy(update={"effects": tuple(e for e in fit.path.effects if e.name != name)})
+    path = without(fit.path, name)
     residual = bench.problem.residual(path)
     bare = replace(fit, path=path, residual=residual, rss=float(residual @ residual) / bench.problem.sigma**2)
     freed = {key: value for key, value in explanation.freed.items() if key != name}

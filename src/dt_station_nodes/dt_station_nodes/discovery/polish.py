@@ -16,6 +16,7 @@ from .problem import Problem
 from .result import Verdict
 from .selection import Explanation
 from .terms import Hypothesis
+from .timing import without
 from .windows import make_windows
 
 Array = NDArray[np.float64]
@@ -66,10 +67,10 @@ def _needed(fit: Fit, added: tuple[str, ...], refit: Callable[[Fit], Fit]) -> tu
     for name in added:
         if len(kept) == 1:
             break
-        path = fit.path.model_copy(update={"effects": tuple(e for e in fit.path.effects if e.name != name)})
-        without = refit(replace(fit, path=path, hypothesis=_less(fit.hypothesis, fit.path, name)))
-        if without.fitted.cost < IDLE * fit.fitted.cost:
-            fit, kept = without, tuple(other for other in kept if other != name)
+        bare = replace(fit, path=without(fit.path, name), hypothesis=_less(fit.hypothesis, fit.path, name))
+        refitted = refit(bare)
+        if refitted.fitted.cost < IDLE * fit.fitted.cost:
+            fit, kept = refitted, tuple(other for other in kept if other != name)
     return fit, kept
 
 

@@ -11,7 +11,6 @@ from .problem import Problem
 PERIODIC = "periodic_disturbance"
 DELAY = "delay"
 
-
 # Of the residual's power: what a wandering delay must explain of it.
 TELLING = 0.1
 # Cycles in a run: slower wanders are a drift, quicker ones none.
@@ -23,7 +22,8 @@ APART_TURNS = 0.5
 SMALL = 0.1
 
 
-def _with(path: PathSpec, spec: EffectSpec, numbers: dict[str, float]) -> PathSpec:
+def with_numbers(path: PathSpec, spec: EffectSpec, numbers: dict[str, float]) -> PathSpec:
+    """The path with some numbers of one of its effects changed."""
     new = EffectSpec.model_construct(name=spec.name, at=spec.at, parameters={**spec.parameters, **numbers})
     return path.model_copy(update={"effects": tuple(new if effect is spec else effect for effect in path.effects)})
 
@@ -51,7 +51,7 @@ def seen_timing(problem: Problem, path: PathSpec, name: str) -> dict[str, float]
 
 def _wander(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
     """The swing of a fitted delay that explains most of what it leaves, small swings simulated at each frequency."""
-    steady = _with(path, spec, {"wander": 0.0})
+    steady = with_numbers(path, spec, {"wander": 0.0})
     residual = problem.residual(steady)
     total = float(residual @ residual)
     best, found = TELLING * total, {}
@@ -62,7 +62,9 @@ def _wander(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, flo
             continue
         numbers = {"wander": SMALL, "wander_hz": frequency_hz}
         phases = (0.0, 0.5 * math.pi)
-        parts = [residual - problem.residual(_with(path, spec, {**numbers, "wander_rad": turn})) for turn in phases]
+        parts = [
+            residual - problem.residual(with_numbers(path, spec, {**numbers, "wander_rad": turn})) for turn in phases
+        ]
         slopes = np.column_stack(parts)
         size = np.linalg.lstsq(slopes, residual, rcond=None)[0]
         explained = total - float(np.sum(np.square(residual - slopes @ size)))

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from ..core.models import EffectSpec, PathSpec
 from .noise import noise_floor
 from .problem import Problem
-from .timing import DELAY, PERIODIC, begun
+from .timing import DELAY, PERIODIC, begun, with_numbers
 
 Array = NDArray[np.float64]
 
@@ -23,33 +23,30 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
     A disturbance from outside goes on between runs: its frequency and shape are foretold, its phase is not. Nor is when
     its bursts begin, or the phase of a delay that wanders.
     """
+    residual = None
     for name, phase in _CHANCE:
-        place = next((i for i, effect in enumerate(path.effects) if effect.name == name), None)
-        if place is not None:
-            path = _in_phase(check, path, place, phase)
-    return check.residual(path)
+        spec = next((effect for effect in path.effects if effect.name == name and _keeps_time(effect)), None)
+        if spec is not None:
+            path, residual = _in_phase(check, path, spec, phase)
+    return check.residual(path) if residual is None else residual
 
 
-def _in_phase(check: Problem, path: PathSpec, place: int, phase: str) -> PathSpec:
-    """The path with one effect's phase as it is in another run."""
-    effects = path.effects
-    spec = effects[place]
-    if not _keeps_time(spec):
-        return path
-
-    def at(changes: dict[str, float]) -> PathSpec:
-        moved = EffectSpec.model_construct(name=spec.name, at=spec.at, parameters={**spec.parameters, **changes})
-        return path.model_copy(update={"effects": (*effects[:place], moved, *effects[place + 1 :])})
-
+def _in_phase(check: Problem, path: PathSpec, spec: EffectSpec, phase: str) -> tuple[PathSpec, Array]:
+    """The path with one effect's phase as it is in another run, and what it leaves of that run (n,)."""
     # Small as it is, the residual is nearly linear in it: three phases tell all of a sinusoid's.
     begin = {"burst_start_s": begun(check, path, spec)} if spec.parameters.get("burst_period_s", 0.0) > 0.0 else {}
     given = spec.parameters[phase]
-    turns = given + np.array([0.0, 2.0, 4.0]) * np.pi / 3.0
-    tried = [at({**begin, phase: float(turn)}) for turn in turns]
-    powers = np.array([float(np.sum(np.square(check.residual(other)))) for other in tried])
-    cosine, sine = (float(powers @ f(turns - given)) for f in (np.cos, np.sin))
-    best = at({**begin, phase: float(given + np.arctan2(-sine, -cosine))})
-    return best if float(np.sum(np.square(check.residual(best)))) < powers[0] else tried[0]
+
+    def at(turn: float) -> tuple[PathSpec, Array]:
+        moved = with_numbers(path, spec, {**begin, phase: given + turn})
+        return moved, check.residual(moved)
+
+    turns = np.array([0.0, 2.0, 4.0]) * np.pi / 3.0
+    tried = [at(float(turn)) for turn in turns]
+    powers = np.array([float(np.sum(np.square(residual))) for _, residual in tried])
+    cosine, sine = (float(powers @ f(turns)) for f in (np.cos, np.sin))
+    best = at(float(np.arctan2(-sine, -cosine)))
+    return best if float(np.sum(np.square(best[1]))) < powers[0] else tried[0]
 
 
 def _keeps_time(spec: EffectSpec) -> bool:
