@@ -13,7 +13,7 @@ from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
-from dt_station_nodes.discovery import Verdict, choice
+from dt_station_nodes.discovery import Verdict, channel, choice
 from dt_station_nodes.discovery.channel import _decide
 from dt_station_nodes.discovery.choice import ENOUGH_TO_NAME, Measure, best_set, recurring
 from dt_station_nodes.discovery.problem import make_problem
@@ -123,3 +123,16 @@ def test_a_parameter_further_off_than_models_are_needs_no_more_evidence_than_a_g
     told = replace(one, fit=replace(one.fit, penalty=score - 1.2 * ENOUGH_TO_NAME))
     best = best_set(null, [null, told], measure)
     assert bool(best.added) is named
+
+
+@pytest.mark.parametrize(("still_bent", "verdict"), [(9.0, Verdict.NOTHING_MISSING), (1.0, Verdict.NAMED)])
+def test_where_no_gap_shows_a_name_has_to_straighten_the_parameters(
+    fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, still_bent: float, verdict: Verdict
+) -> None:
+    measure, _ = fitted
+    bent, one = leaving(fitted, 0.0), leaving(fitted, 0.0, "delay")
+    null = replace(bent, fit=replace(bent.fit, penalty=10.0))
+    named = replace(one, fit=replace(one.fit, penalty=still_bent))
+    monkeypatch.setattr(channel, "best_set", lambda *_: named)
+    found = _decide(measure.bench, null.fit.residual, null, [null, named], interrupted=False)
+    assert found.verdict is verdict

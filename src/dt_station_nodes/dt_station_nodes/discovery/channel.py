@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 ENOUGH_TO_REFIT = 12.0
 WORTH_NULL = 0.02  # of the noise power: a white gap smaller than this is not looked into
 NULL_WHITE = 1.8
-MOSTLY = 0.5  # of the gap: what leaves more of it is not what is missing
+MOSTLY = 0.5  # of the gap, or of how far parameters are off: what leaves more of it is not what is missing
 MISSES = 0.12  # of the signal, RMS: what misses more of it has not been understood
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
 ROUGH_FORM = 0.01  # of the signal: a linear path refitted as a whole that misses less has nothing to explain
@@ -151,6 +151,9 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     best = best_set(null, known, measure) if seen or measure.bent(null) else null
     fine = not measure.rough or _fits(null, measure)
     if seen and fine and measure.left(best) > MOSTLY * measure.left(null):
+        best = null
+    if not seen and best.fit.penalty > MOSTLY * null.fit.penalty:
+        # Where no gap shows, a name that leaves the parameters off explains nothing.
         best = null
     mine = measure.score(best)
     gap = max(measure.left(null), 1e-9)
