@@ -91,7 +91,7 @@ def grid(
 ) -> list[float]:
     """Values that a parameter's fit begins from, on a path whose `residual` (n,) it shall explain.
 
-    `fine`: many of a parameter with a grain, from which no fit gets far.
+    `fine`: many of a parameter with a grain, from which no fit gets far; but in rough data, whose minima are shallow.
     """
     parameter = candidate.effect.parameter(name)
     if parameter.quantity is Quantity.FREQUENCY:
@@ -101,7 +101,7 @@ def grid(
     unit = unit_of(problem, parameter, candidate.at or candidate.effect.attachment)
     if candidate.name == "cubic_stiffness" and parameter.name in ("centre", "coefficient"):
         return _spring_starts(problem, path, parameter, unit)
-    if fine and parameter.grain > 0.0:
+    if fine and parameter.grain > 0.0 and not problem.rough:
         return list(unit * np.geomspace(min(parameter.starts), 1.5 * max(parameter.starts), _FINE_STARTS))
     return [start * unit for start in parameter.starts]
 

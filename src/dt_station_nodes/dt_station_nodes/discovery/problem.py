@@ -14,7 +14,7 @@ from .condense import slowest_s
 from .noise import difference_noise
 from .scales import SAMPLE_S, excitations_hz, scales
 from .settings import DiscoverySettings
-from .terms import Term
+from .terms import Term, refits_all
 from .windows import Windows, make_windows
 
 Array = NDArray[np.float64]
@@ -27,7 +27,8 @@ class Problem:
     `weights` (n,) are 0 where a sample says nothing (start-up, frozen sensor), else 1; `signal` is the
     standard deviation of the compared part of the measured signal; `scales` the run's range of each quantity;
     `excitations_hz` the fundamentals of what drives the run, where it is periodic; `inherited` what the noise and the
-    coarse sampling of the measured load leave in any simulation driven by it.
+    coarse sampling of the measured load leave in any simulation driven by it; `rough`: a linear path of foreign data,
+    refitted as a whole, no model of which reaches the noise.
     """
 
     channel: Channel
@@ -40,6 +41,7 @@ class Problem:
     scales: Mapping[Quantity, float]
     excitations_hz: tuple[float, ...] = ()
     inherited: float = 0.0
+    rough: bool = False
 
     @property
     def sigma(self) -> float:
@@ -98,6 +100,8 @@ _STANDING = 0.05
 _SETTLING_S = 0.4
 _HARMONICS = 5
 _SETTLING_SHARE = 0.05
+# Slopes over more would lead from one shallow minimum into another.
+_ROUGH_GRAIN = 0.005
 _MANY = 2000
 
 
@@ -202,6 +206,7 @@ def make_problem(
         scales(run, channel, path, load),
         excitations_hz(run),
         _inherited(simulator, path, windows),
+        refits_all(path),
     )
 
 
@@ -222,4 +227,5 @@ def effect_term(problem: Problem, index: int, parameter: Parameter, at: Attachme
         upper = max(upper, parameter.upper * SAMPLE_S / problem.simulator.sample_time_s)
     if logarithmic:
         lower = max(lower, 1e-4 * upper)
-    return Term(index, parameter.name, lower, upper, unit, logarithmic, grain=parameter.grain)
+    grain = min(parameter.grain, _ROUGH_GRAIN) if problem.rough else parameter.grain
+    return Term(index, parameter.name, lower, upper, unit, logarithmic, grain=grain)

@@ -61,8 +61,7 @@ def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypoth
     """Starts from the base's nominal parameters, and from the given ones where it may have bent them to hide it."""
     base = task.base
     freed = {**task.freed, task.candidate.name: task.candidate.required}
-    # Rough data have shallow minima: from fine starts a fit would only take the nearest.
-    paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual, fine=not bench.rough)
+    paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual, fine=True)
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
     return starts, unbent(bench.nominal, starts), hypotheses[0]

@@ -98,7 +98,7 @@ class Bench:
     @property
     def rough(self) -> bool:
         """Whether a whole linear path is refitted to data that no model of ours reaches the noise of."""
-        return any(term.name.startswith("denominator_") for term in self.nominal)
+        return self.problem.rough
 
     @property
     def problems(self) -> tuple[Problem, ...]:

@@ -40,7 +40,7 @@ EFFECT = Effect(
             0.0,
             1.5,
             (0.02, 0.06, 0.15, 0.4),
-            grain=0.005,
+            grain=0.03,
         ),
         Parameter(
             "centre_v",
