@@ -97,4 +97,10 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert Candidate("friction") not in library(Channel.PRESSURE)
     assert Candidate("leakage") in library(Channel.PRESSURE)
     apart = [c for c in library(Channel.POSITION) if c not in library(Channel.POSITION, apart=False)]
-    assert [(c.name, "knee" in c.required, "knee" in c.optional) for c in apart] == [("saturation", True, False)]
+    assert [(c.name, c.required) for c in apart] == [
+        ("asymmetric_gain", ("asymmetry", "centre_v", "through_zero")),
+        ("saturation", ("upper_v", "lower_v", "knee")),
+    ]
+    plain = Candidate("saturation")
+    assert "knee" in plain.optional
+    assert "knee" not in plain.required

@@ -29,6 +29,7 @@ from .result import (
 )
 from .selection import Explanation
 from .settings import DiscoverySettings
+from .standing import stands
 from .unseen import shows_only
 from .verdict import better_without, confidence, overall, sentence, why
 from .where import locate
@@ -92,7 +93,8 @@ def discover(
                 notes.append(short.note)
                 finding = carried_over(finding, make_problem(run, spec, check.channel, same, check.frozen), path)
             finding = without_echo(polished(finding), findings)
-            if check.channel in frozen and finding.verdict is not Verdict.UNEXPLAINED:
+            silent = finding.verdict is Verdict.UNEXPLAINED
+            if check.channel in frozen and not silent and not stands(finding.problem, finding.best.fit.path):
                 finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")
             findings.append(finding)
             found = finding.best.fit.path

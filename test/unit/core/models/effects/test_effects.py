@@ -161,6 +161,18 @@ def test_asymmetric_gain():
     assert out.max() / -out.min() == pytest.approx(1.2 / 0.8, rel=1e-3)
 
 
+def test_a_kink_leaves_its_centre_or_zero_where_it_is():
+    kink = {"asymmetry": 0.2, "centre_v": 0.5}
+    centred, through = (answer("asymmetric_gain", {**kink, "through_zero": share}) for share in (0.0, 1.0))
+    given = SWEEP[:-1]
+    at_centre, at_zero = (int(np.argmin(np.abs(given - volts))) for volts in (0.5, 0.0))
+    assert centred[at_centre] == pytest.approx(given[at_centre], abs=1e-2)
+    assert through[at_zero] == pytest.approx(0.0, abs=1e-2)
+    assert np.ptp(centred - through) == pytest.approx(0.0, abs=1e-12)
+    above = given > 0.6
+    assert np.polyfit(given[above], through[above], 1)[0] == pytest.approx(1.2)
+
+
 def test_bias_adds():
     assert np.allclose(answer("bias", {"bias_v": 0.1}), SWEEP[:-1] + 0.1)
 

@@ -5,19 +5,26 @@ On the voltage its sign decides; inside a path the direction of motion does.
 
 import math
 
+from numba import njit
+
 from ...channels import Channel
 from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, STAGE, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@njit(cache=True)
+def _bent(x: float, asymmetry: float, rounding: float) -> float:
+    if rounding > 1e-9:
+        return x * (1.0 + asymmetry * math.tanh(x / rounding))
+    return x * (1.0 + asymmetry if x > 0.0 else 1.0 - asymmetry)
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[STAGE] > 0.5:
         return value * (1.0 + p[0] if c[FREE_VELOCITY] > c[LOAD_VELOCITY] else 1.0 - p[0])
-    x = value - p[1]
-    if p[2] > 1e-9:
-        return p[1] + x * (1.0 + p[0] * math.tanh(x / p[2]))
-    return p[1] + (x * (1.0 + p[0]) if x > 0.0 else x * (1.0 - p[0]))
+    bent = p[1] + _bent(value - p[1], p[0], p[2])
+    return bent if p[3] == 0.0 else bent - p[3] * (p[1] + _bent(-p[1], p[0], p[2]))
 
 
 EFFECT = Effect(
@@ -41,6 +48,7 @@ EFFECT = Effect(
             3.0,
             (0.0, 0.3, 0.5, 0.7),
             optional=True,
+            apart=True,
         ),
         Parameter(
             "rounding_v",
@@ -50,6 +58,17 @@ EFFECT = Effect(
             1.0,
             (0.0, 0.1),
             optional=True,
+        ),
+        Parameter(
+            "through_zero",
+            Quantity.RATIO,
+            "0: the voltage at the centre acts as it is, 1: no voltage does, as of a curve with a kink",
+            0.0,
+            1.0,
+            (0.0, 1.0),
+            optional=True,
+            apart=True,
+            usual=(1.0,),
         ),
     ),
     step=_step,
