@@ -51,6 +51,7 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 4.0, "damping": 0.45}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 23.0, "damping": 0.1}),
         ("asymmetric_gain", {"asymmetry": -0.3}, {"asymmetry": -0.9}),
+        ("asymmetric_gain", {"asymmetry": 0.3, "centre_v": 0.1}, {"asymmetry": 0.3, "centre_v": 30.0}),
         ("cubic_stiffness", {"coefficient": 400.0, "linear": 0.1}, {"coefficient": 0.1, "linear": 3.0}),
     ],
 )

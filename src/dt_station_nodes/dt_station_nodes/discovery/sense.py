@@ -11,6 +11,7 @@ MOST_DAMPED = 0.42
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
 WIDEST_LOOP = 0.95  # of the voltage
 QUICKEST_MODE = 0.39  # of the sampling frequency
+REACHED = 0.02  # of the run: less beyond a kink does not show it
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
 
 
@@ -28,7 +29,7 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
         return False
     if "leakage" in explanation.added and problem.channel is Channel.PRESSURE and not _loses(explanation):
         return False
-    return not ("asymmetric_gain" in explanation.added and _one_sided(explanation))
+    return not ("asymmetric_gain" in explanation.added and _one_sided(explanation, problem))
 
 
 def _passes(explanation: Explanation, problem: Problem) -> bool:
@@ -43,10 +44,11 @@ def _rings(explanation: Explanation, sample_time_s: float) -> bool:
     return mode["damping"] <= MOST_DAMPED and mode["frequency_hz"] * sample_time_s < QUICKEST_MODE
 
 
-def _one_sided(explanation: Explanation) -> bool:
-    """Whether an asymmetric gain passes next to nothing on one side: that is a limit under another name."""
+def _one_sided(explanation: Explanation, problem: Problem) -> bool:
+    """Whether an asymmetric gain is a limit, passing next to nothing on one side, or a gain, its kink out of reach."""
     gain = next(e for e in explanation.fit.path.effects if e.name == "asymmetric_gain").parameters
-    return abs(gain["asymmetry"]) > MOST_ASYMMETRIC
+    below = float(np.mean(problem.simulator.voltage_v < gain["centre_v"]))
+    return abs(gain["asymmetry"]) > MOST_ASYMMETRIC or (gain["centre_v"] != 0.0 and min(below, 1.0 - below) < REACHED)
 
 
 def _hardens(explanation: Explanation, problem: Problem) -> bool:
