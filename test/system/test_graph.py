@@ -103,7 +103,7 @@ def test_who_joins_late_hears_the_verdict_and_the_health():
 
 
 def test_a_killed_controller_is_restarted_and_the_run_goes_on(tmp_path):
-    made = scenario(duration_s=60.0, bag=tmp_path / "bag").with_parameters(
+    made = scenario(duration_s=120.0, bag=tmp_path / "bag").with_parameters(
         "daq_bridge", command_timeout_s=5.0, follower_timeout_s=30.0
     )
     with Supervisor(made) as station:
@@ -115,22 +115,22 @@ def test_a_killed_controller_is_restarted_and_the_run_goes_on(tmp_path):
         statistics = station.stop()
     assert statistics.restarts["pressure_controller"] == 1
     assert statistics.restarts["twin_simulator"] == 1
-    assert statistics.bridge["samples"] == 3001
+    assert statistics.bridge["samples"] == 6001
     assert 0 < statistics.bridge["missed_pressure"] < 5
     assert statistics.bridge["followers_lost"] == 0
     assert set(statistics.exit_status.values()) == {0}, statistics.exit_status
     with Bag(tmp_path / "bag") as bag:
         held = {each.removeprefix("/station/"): [m.sequence for m in bag.messages([each])] for each in bag.topics}
         losses = {each.removeprefix("/station/"): parse_loss(text) for each, text in bag.metadata[LOSS].items()}
-    assert held["object/state"] == list(range(3001))
+    assert held["object/state"] == list(range(6001))
     # what the new processes say is in the bag from the first message on, and what the old ones could not say is counted
     for topic, gap in (("load/command", 5), ("twin/state", 60)):
         assert held[topic] == sorted(set(held[topic])), topic
-        assert held[topic][-1] == 3000, topic
-        assert losses[topic].received == len(held[topic]) >= 3001 - gap, topic
-        assert losses[topic].lost == 3001 - len(held[topic]), topic
+        assert held[topic][-1] == 6000, topic
+        assert losses[topic].received == len(held[topic]) >= 6001 - gap, topic
+        assert losses[topic].lost == 6001 - len(held[topic]), topic
     for topic in ("load/setpoint", "position/setpoint", "position/command"):
-        assert set(range(3001)) <= set(held[topic]), topic
+        assert set(range(6001)) <= set(held[topic]), topic
 
 
 def test_a_killed_bridge_ends_the_run_with_a_sentence():
