@@ -84,11 +84,11 @@ def test_a_valve_that_jumps_open_is_found_although_its_band_acts_in_stairs(half_
 
 
 def test_a_spring_is_found_that_is_at_rest_far_from_where_the_run_goes() -> None:
-    time_s = np.arange(900) * 0.02
-    voltage = 0.02 + 1.5 * np.cos(1.0 * time_s)
-    found = best_single(run_with("cubic_stiffness", {"coefficient": 8.0}, voltage, first_m=0.13))
+    coefficient, first_m = 4.3, 0.25
+    voltage = coefficient * first_m**3 + 0.15 * np.cos(1.3 * np.arange(900) * 0.02)
+    found = best_single(run_with("cubic_stiffness", {"coefficient": coefficient}, voltage, first_m))
     assert "cubic_stiffness" in found
-    assert found["coefficient"] == pytest.approx(8.0, rel=0.05)
+    assert found["coefficient"] == pytest.approx(coefficient, rel=0.05)
     assert found["centre"] == pytest.approx(0.0, abs=0.01)
 
 

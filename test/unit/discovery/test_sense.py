@@ -53,6 +53,11 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
         ("asymmetric_gain", {"asymmetry": -0.3}, {"asymmetry": -0.9}),
         ("asymmetric_gain", {"asymmetry": 0.3, "centre_v": 0.1}, {"asymmetry": 0.3, "centre_v": 30.0}),
         ("cubic_stiffness", {"coefficient": 400.0, "linear": 0.1}, {"coefficient": 0.1, "linear": 3.0}),
+        (
+            "cubic_stiffness",
+            {"coefficient": 400.0, "linear": 3.0, "centre": -0.06},
+            {"coefficient": 400.0, "linear": 3.0},
+        ),
     ],
 )
 def test_an_effect_is_what_its_name_says(
