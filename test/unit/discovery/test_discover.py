@@ -162,8 +162,8 @@ def test_what_two_levels_cannot_tell_from_a_gain_another_waveform_does(half_widt
     assert "hysteresis" in {found.name, *found.alternatives} <= {"hysteresis", "backlash"}
 
 
-def test_an_effect_that_only_the_validation_run_shows_is_looked_for_there():
-    """A limit that one run keeps within and the other does not: no fit may see the second, so the report says where."""
+def test_an_effect_that_only_the_validation_run_shows_is_found_there():
+    """A limit that one run keeps within and the other does not: the runs change places, and the report says so."""
     path = only("position").paths[Channel.POSITION].model_copy(update={"disturbance": None})
     spec = PAPER.model_copy(update={"paths": {Channel.POSITION: path}})
     hidden = spec.with_effect(Channel.POSITION, "saturation", {"upper_v": 2.0, "lower_v": -2.0})
@@ -177,7 +177,12 @@ def test_an_effect_that_only_the_validation_run_shows_is_looked_for_there():
 
     small, large = run(1.5, 1), run(3.0, 2)
     result = discover(small, spec, validation=large)
-    assert result.verdict is Verdict.UNEXPLAINED
-    assert any("discover that one" in note for note in result.data_notes)
-    (found,) = discover(large, spec, validation=small).effects
-    assert found.name == "saturation"
+    assert [effect.name for effect in result.effects] == ["saturation"]
+    assert any("only the validation run shows" in note for note in result.data_notes)
+    limit = result.effects[0].parameters["upper_v"].value
+    assert limit == pytest.approx(2.0, rel=0.01)
+    assert result.gap.after[Channel.POSITION].rms <= 1.02 * result.gap.before[Channel.POSITION].rms
+    fall = result.gap.validation_after[Channel.POSITION].rms / result.gap.validation_before[Channel.POSITION].rms
+    assert fall < 0.1
+    (turned,) = discover(large, spec, validation=small).effects
+    assert turned.parameters["upper_v"].value == pytest.approx(limit, rel=1e-6)

@@ -99,8 +99,11 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
     apart = [c for c in library(Channel.POSITION) if c not in library(Channel.POSITION, apart=False)]
     assert [(c.name, c.required) for c in apart] == [
         ("asymmetric_gain", ("asymmetry", "centre_v", "through_zero")),
+        ("hysteresis", ("half_width_v", "bouc_wen", "depth")),
         ("saturation", ("upper_v", "lower_v", "knee")),
     ]
+    # A cylinder stands still at 0 V, a pressure valve works about any voltage.
+    assert Candidate("dead_zone", apart=True) in library(Channel.PRESSURE)
     plain = Candidate("saturation")
     assert "knee" in plain.optional
     assert "knee" not in plain.required

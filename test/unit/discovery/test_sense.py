@@ -47,11 +47,13 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
     ("name", "is_one", "is_none"),
     [
         ("dead_zone", {"half_width_v": 0.3, "centre_v": 0.2}, {"half_width_v": 0.3, "centre_v": 0.9}),
+        ("dead_zone", {"half_width_v": 0.3, "leak": 0.8}, {"half_width_v": 30.0, "leak": 0.8}),
         ("hysteresis", {"half_width_v": 0.3}, {"half_width_v": 40.0}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 4.0, "damping": 0.45}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 23.0, "damping": 0.1}),
         ("asymmetric_gain", {"asymmetry": -0.3}, {"asymmetry": -0.9}),
         ("asymmetric_gain", {"asymmetry": 0.3, "centre_v": 0.1}, {"asymmetry": 0.3, "centre_v": 30.0}),
+        ("asymmetric_gain", {"asymmetry": -0.7}, {"asymmetry": -0.7, "centre_v": 0.1}),
         ("cubic_stiffness", {"coefficient": 400.0, "linear": 0.1}, {"coefficient": 0.1, "linear": 3.0}),
         (
             "cubic_stiffness",
@@ -76,3 +78,11 @@ def test_a_leak_loses_pressure(run: Run) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     assert sensible(as_it_is(pressure, "leakage", {"coefficient": 0.1}), pressure)
     assert not sensible(as_it_is(pressure, "leakage", {"coefficient": -0.1}), pressure)
+
+
+def test_a_pressure_valve_works_about_a_voltage_and_a_cylinders_does_not(run: Run, problem: Problem) -> None:
+    band = {"half_width_v": 0.2, "centre_v": 2.0}
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    for working, sense in ((1.0, True), (0.0, False)):
+        assert sensible(as_it_is(pressure, "dead_zone", {**band, "working": working}), pressure) is sense
+    assert not sensible(as_it_is(problem, "dead_zone", {**band, "working": 1.0}), problem)

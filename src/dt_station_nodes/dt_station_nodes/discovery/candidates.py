@@ -13,12 +13,18 @@ from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
 from .problem import Problem, effect_term, unit_of
+from .spectrum import spectral_peaks
 from .terms import Hypothesis, Term
+from .valve_curve import flattest_v
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
 Freed = Mapping[str, tuple[str, ...]]
 
+# Play belongs to a linkage; in a pressure valve it could only be another word for hysteresis.
+_NO_PLAY = ("backlash", Channel.PRESSURE)
+# A cylinder stands still at 0 V: its valve works about no other voltage.
+_ABOUT_ZERO = ("dead_zone", Channel.POSITION)
 _MOST_PAIRS = 150
 _FINE_STARTS = 16
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
@@ -56,10 +62,10 @@ def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
     """Every effect that can act on a channel, at every place it may have; with their forms apart if so wanted."""
     found = []
     for name, effect in registry().items():
-        # Play belongs to a linkage; in a pressure valve it could only be another word for hysteresis.
-        if channel in effect.channels and (name, channel) != ("backlash", Channel.PRESSURE):
+        if channel in effect.channels and (name, channel) != _NO_PLAY:
             found += [Candidate(name, at) for at in (None, *effect.places(channel)[1:])]
-            found += [Candidate(name, apart=True)] * (apart and any(_by_itself(p) for p in effect.parameters))
+            formed = apart and (name, channel) != _ABOUT_ZERO and any(_by_itself(p) for p in effect.parameters)
+            found += [Candidate(name, apart=True)] * formed
     return tuple(found)
 
 
@@ -72,20 +78,6 @@ def in_vocabulary(name: str) -> bool:
     return registry()[name].vocabulary
 
 
-def _spectral_peaks(residual: Array, sample_time_s: float, count: int = 3) -> list[float]:
-    """Frequencies (Hz) of the highest peaks of a residual's spectrum."""
-    n = len(residual)
-    power = np.abs(np.fft.rfft((residual - residual.mean()) * np.hanning(n), 4 * n)) ** 2
-    frequencies = np.fft.rfftfreq(4 * n, sample_time_s)
-    power[frequencies < 1.5 / (n * sample_time_s)] = 0.0
-    peaks = []
-    for _ in range(count):
-        k = int(np.argmax(power))
-        peaks.append(float(frequencies[k]))
-        power[max(0, k - 12) : k + 13] = 0.0
-    return peaks
-
-
 def grid(
     problem: Problem, path: PathSpec, candidate: Candidate, name: str, residual: Array, fine: bool = False
 ) -> list[float]:
@@ -95,12 +87,14 @@ def grid(
     """
     parameter = candidate.effect.parameter(name)
     if parameter.quantity is Quantity.FREQUENCY:
-        peaks = _spectral_peaks(residual, problem.simulator.sample_time_s)
+        peaks = spectral_peaks(residual, problem.simulator.sample_time_s)
         # A mode rings where it is, but what drives it colours the residual more.
         return peaks if candidate.name == "periodic_disturbance" else [*parameter.starts, *peaks[:2]]
     unit = unit_of(problem, parameter, candidate.at or candidate.effect.attachment)
     if candidate.name == "cubic_stiffness" and parameter.name in ("centre", "coefficient"):
         return _spring_starts(problem, path, parameter, unit)
+    if candidate.name == "dead_zone" and candidate.apart and parameter.apart and not parameter.tried_first:
+        return [1.0] if name == "working" else flattest_v(problem, path, residual, 2)
     if fine and parameter.grain > 0.0 and not problem.rough:
         return list(unit * np.geomspace(min(parameter.starts), 1.5 * max(parameter.starts), _FINE_STARTS))
     return [start * unit for start in parameter.starts]

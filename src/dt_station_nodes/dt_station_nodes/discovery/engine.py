@@ -14,6 +14,7 @@ from .data_checks import check_run
 from .echo import without_echo
 from .next_experiment import propose
 from .noise import difference_noise, effective_samples
+from .other_run import found_there
 from .polish import carried_over, polished
 from .problem import Problem, integrates, make_problem, telling_window
 from .proof import estimates, floor_figures, gap_figures, patched, trace
@@ -30,7 +31,6 @@ from .result import (
 from .selection import Explanation
 from .settings import DiscoverySettings
 from .standing import stands
-from .unseen import shows_only
 from .verdict import better_without, confidence, overall, sentence, why
 from .where import locate
 from .workers import Workers
@@ -83,18 +83,14 @@ def discover(
             problem = make_problem(short.run, spec, check.channel, same, check.frozen[short.rows])
             unseen = _unseen(validation, spec, check.channel, same)
             finding = examine(problem, path, same, progress, unseen, workers)
-            null, silent = finding.null, finding.verdict is Verdict.UNEXPLAINED
-            if silent and shows_only(unseen, null.unseen, null.fit.residual, finding.sigma):
-                notes.append(
-                    f"{check.channel.value}: this run is as the model says, the validation run is not; "
-                    "discover that one and give this one with --validate"
-                )
+            finding, note = found_there(finding, unseen, path, same, progress, workers)
+            notes += [note] if note else []
             if short.note:
                 notes.append(short.note)
                 finding = carried_over(finding, make_problem(run, spec, check.channel, same, check.frozen), path)
             finding = without_echo(polished(finding), findings)
-            silent = finding.verdict is Verdict.UNEXPLAINED
-            if check.channel in frozen and not silent and not stands(finding.problem, finding.best.fit.path):
+            known = finding.verdict is not Verdict.UNEXPLAINED
+            if check.channel in frozen and known and not stands(finding.problem, finding.best.fit.path):
                 finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")
             findings.append(finding)
             found = finding.best.fit.path

@@ -13,13 +13,16 @@ WIDEST_LOOP = 0.95  # of the voltage
 QUICKEST_MODE = 0.39  # of the sampling frequency
 REACHED = 0.02  # of the run: less beyond a kink does not show it
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
+MOST_KINKED = 0.54  # the same away from 0 V: what passes less than 0.3 beyond its kink is a limit
+WORKING = 0.5  # a valve that works about a voltage more than about 0 V
+MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
 
 
 def sensible(explanation: Explanation, problem: Problem) -> bool:
     """Whether each effect is what its name says, and not another one at the end of its range."""
     if any(_at_bound(explanation, index, problem) for index in range(len(explanation.fit.hypothesis.terms))):
         return False
-    if "dead_zone" in explanation.added and not _about_zero(explanation):
+    if "dead_zone" in explanation.added and not _laps(explanation, problem):
         return False
     if "hysteresis" in explanation.added and not _passes(explanation, problem):
         return False
@@ -47,8 +50,10 @@ def _rings(explanation: Explanation, sample_time_s: float) -> bool:
 def _one_sided(explanation: Explanation, problem: Problem) -> bool:
     """Whether an asymmetric gain is a limit, passing next to nothing on one side, or a gain, its kink out of reach."""
     gain = next(e for e in explanation.fit.path.effects if e.name == "asymmetric_gain").parameters
+    if gain["centre_v"] == 0.0:
+        return abs(gain["asymmetry"]) > MOST_ASYMMETRIC
     below = float(np.mean(problem.simulator.voltage_v < gain["centre_v"]))
-    return abs(gain["asymmetry"]) > MOST_ASYMMETRIC or (gain["centre_v"] != 0.0 and min(below, 1.0 - below) < REACHED)
+    return abs(gain["asymmetry"]) > MOST_KINKED or min(below, 1.0 - below) < REACHED
 
 
 def _hardens(explanation: Explanation, problem: Problem) -> bool:
@@ -66,10 +71,16 @@ def _loses(explanation: Explanation) -> bool:
     return leak["coefficient"] > 0.0
 
 
-def _about_zero(explanation: Explanation) -> bool:
-    """Whether a dead zone, its rounded corners included, holds 0 V: a band elsewhere is no valve's overlap."""
+def _laps(explanation: Explanation, problem: Problem) -> bool:
+    """Whether a dead zone is an overlap: a band about 0 V, corners included, or about where its valve works."""
     band = next(e for e in explanation.fit.path.effects if e.name == "dead_zone").parameters
-    return abs(band["centre_v"]) <= band["half_width_v"] + 2.0 * band["rounding_v"]
+    width = band["half_width_v"]
+    voltage, low, high = problem.simulator.voltage_v, band["centre_v"] - width, band["centre_v"] + width
+    if band["leak"] > MOST_LEAKY and min(np.mean(voltage < low), np.mean(voltage > high)) < REACHED:
+        return False
+    if problem.channel is Channel.PRESSURE and band["working"] > WORKING:
+        return True
+    return abs(band["centre_v"]) <= width + 2.0 * band["rounding_v"]
 
 
 def _at_bound(explanation: Explanation, index: int, problem: Problem) -> bool:

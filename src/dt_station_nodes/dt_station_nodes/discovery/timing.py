@@ -7,6 +7,7 @@ import numpy as np
 from ..core.models import EffectSpec, PathSpec
 from .bursts import burst_start_s, bursts
 from .problem import Problem
+from .spectrum import spectral_peaks
 
 PERIODIC = "periodic_disturbance"
 DELAY = "delay"
@@ -18,8 +19,13 @@ SLOWEST_CYCLES = 1.5
 QUICKEST_CYCLES = 40.0
 # Turns in a run by which a swing of its own comes apart from the excitation's harmonics.
 APART_TURNS = 0.5
-# Part of a delay that is little enough for its effect to be linear.
+# Of what a tone leaves beyond noise: what another must explain.
+MOSTLY = 0.5
+# Of what one tone explains.
+FAINT = 0.01
+# Part of a delay, or of a tone, that is little enough for its effect to be linear.
 SMALL = 0.1
+_HARMONICS = 3
 
 
 def with_numbers(path: PathSpec, spec: EffectSpec, numbers: dict[str, float]) -> PathSpec:
@@ -40,38 +46,63 @@ def seen_timing(problem: Problem, path: PathSpec, name: str) -> dict[str, float]
     if spec is None:
         return {}
     if name == PERIODIC:
-        found = bursts(problem.residual(without(path, name)), step_s, spec.parameters["frequency_hz"])
+        second = _second_tone(problem, path, spec)
+        found = (
+            None if second else bursts(problem.residual(without(path, name)), step_s, spec.parameters["frequency_hz"])
+        )
         if found is None:
-            return {}
+            return second
         return {"burst_period_s": found.period_s, "burst_share": found.share, "burst_start_s": found.start_s}
     if name == DELAY and spec.parameters["delay_s"] > 0.0:
         return _wander(problem, path, spec)
     return {}
 
 
+def _sinusoid(
+    problem: Problem, path: PathSpec, spec: EffectSpec, numbers: dict[str, float], phase: str
+) -> tuple[float, float, float]:
+    """How many times an effect's small `numbers`, at what phase (rad), explain most of a residual, and how much of it.
+
+    So small, their effect is linear: two phases tell all.
+    """
+    residual = problem.residual(path)
+    turned = (with_numbers(path, spec, {**numbers, phase: turn}) for turn in (0.0, 0.5 * math.pi))
+    slopes = np.column_stack([residual - problem.residual(one) for one in turned])
+    size = np.linalg.lstsq(slopes, residual, rcond=None)[0]
+    explained = float(residual @ residual) - float(np.sum(np.square(residual - slopes @ size)))
+    return float(np.hypot(*size)), math.atan2(size[1], size[0]), explained
+
+
+def _second_tone(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
+    """The tone that makes up most of what a fitted one leaves; bursts of one leave several of equal size."""
+    residual, whole = problem.residual(path), problem.residual(without(path, spec.name))
+    beyond = float(residual @ residual) - len(residual) * problem.noise**2
+    frequency_hz = spectral_peaks(residual, problem.simulator.sample_time_s, 1)[0]
+    orders = np.arange(_HARMONICS + 1) * spec.parameters["frequency_hz"]
+    apart = float(np.abs(orders - frequency_hz).min()) * problem.length_s
+    if apart < APART_TURNS or problem.excited_at(frequency_hz, APART_TURNS):
+        return {}
+    numbers = {"second_share": SMALL, "second_hz": frequency_hz}
+    size, turn, explained = _sinusoid(problem, path, spec, numbers, "second_rad")
+    telling = explained > max(MOSTLY * beyond, FAINT * float(whole @ whole))
+    return {**numbers, "second_share": min(SMALL * size, 1.0), "second_rad": turn} if telling else {}
+
+
 def _wander(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
     """The swing of a fitted delay that explains most of what it leaves, small swings simulated at each frequency."""
     steady = with_numbers(path, spec, {"wander": 0.0})
+    spec = next(effect for effect in steady.effects if effect.name == spec.name)
     residual = problem.residual(steady)
-    total = float(residual @ residual)
-    best, found = TELLING * total, {}
+    best, found = TELLING * float(residual @ residual), {}
     for cycles in np.arange(SLOWEST_CYCLES, QUICKEST_CYCLES, 0.5):
         frequency_hz = float(cycles) / problem.length_s
         # What swings with the excitation is a nonlinearity.
         if problem.excited_at(frequency_hz, APART_TURNS):
             continue
         numbers = {"wander": SMALL, "wander_hz": frequency_hz}
-        phases = (0.0, 0.5 * math.pi)
-        parts = [
-            residual - problem.residual(with_numbers(path, spec, {**numbers, "wander_rad": turn})) for turn in phases
-        ]
-        slopes = np.column_stack(parts)
-        size = np.linalg.lstsq(slopes, residual, rcond=None)[0]
-        explained = total - float(np.sum(np.square(residual - slopes @ size)))
+        size, turn, explained = _sinusoid(problem, steady, spec, numbers, "wander_rad")
         if explained > best:
-            best = explained
-            swing = min(SMALL * float(np.hypot(*size)), 1.0)
-            found = {**numbers, "wander": swing, "wander_rad": math.atan2(size[1], size[0])}
+            best, found = explained, {**numbers, "wander": min(SMALL * size, 1.0), "wander_rad": turn}
     return found
 
 

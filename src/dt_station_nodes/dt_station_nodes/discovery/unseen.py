@@ -10,8 +10,12 @@ from .timing import DELAY, PERIODIC, begun, with_numbers
 
 Array = NDArray[np.float64]
 
-# Effects of which a phase is chance, with its name.
-_CHANCE = ((PERIODIC, "phase_rad"), (DELAY, "wander_rad"))
+# Effects of which a phase is chance, with its name and that of the size of what has it.
+_CHANCE = (
+    (PERIODIC, "phase_rad", "amplitude"),
+    (PERIODIC, "second_rad", "second_share"),
+    (DELAY, "wander_rad", "wander"),
+)
 # Mean square of a residual over the noise's: of one that says nothing, and of one that says much.
 _QUIET = 1.3
 _LOUD = 2.5
@@ -21,11 +25,11 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
     """The residual (n,) of a path on a run it was not fitted to.
 
     A disturbance from outside goes on between runs: its frequency and shape are foretold, its phase is not. Nor is when
-    its bursts begin, or the phase of a delay that wanders.
+    its bursts begin, or the phase of a second tone or of a delay that wanders.
     """
     residual = None
-    for name, phase in _CHANCE:
-        spec = next((effect for effect in path.effects if effect.name == name and _keeps_time(effect)), None)
+    for name, phase, size in _CHANCE:
+        spec = next((e for e in path.effects if e.name == name and e.parameters.get(size, 0.0) != 0.0), None)
         if spec is not None:
             path, residual = _in_phase(check, path, spec, phase)
     return check.residual(path) if residual is None else residual
@@ -47,11 +51,6 @@ def _in_phase(check: Problem, path: PathSpec, spec: EffectSpec, phase: str) -> t
     cosine, sine = (float(powers @ f(turns)) for f in (np.cos, np.sin))
     best = at(float(np.arctan2(-sine, -cosine)))
     return best if float(np.sum(np.square(best[1]))) < powers[0] else tried[0]
-
-
-def _keeps_time(spec: EffectSpec) -> bool:
-    """Whether an effect has a phase of its own."""
-    return spec.name == PERIODIC or spec.parameters["wander"] != 0.0
 
 
 def shows_only(check: Problem | None, unseen: Array | None, residual: Array, sigma: float) -> bool:

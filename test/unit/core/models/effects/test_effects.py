@@ -54,6 +54,12 @@ def test_dead_zone_swallows_its_band_and_shifts_the_rest():
     assert np.allclose(out, expected[:-1])
 
 
+def test_a_valve_that_works_about_a_voltage_stands_there_within_its_band():
+    out = answer("dead_zone", {"half_width_v": 0.2, "centre_v": 0.7, "working": 1.0})
+    beyond = SWEEP - 0.7
+    assert np.allclose(out, (0.7 + np.sign(beyond) * np.maximum(np.abs(beyond) - 0.2, 0.0))[:-1])
+
+
 def test_rounded_dead_zone_tends_to_the_sharp_one():
     sharp = answer("dead_zone", {"half_width_v": 0.5})
     rounded = answer("dead_zone", {"half_width_v": 0.5, "rounding_v": 0.01})
@@ -62,6 +68,12 @@ def test_rounded_dead_zone_tends_to_the_sharp_one():
 
 def test_saturation_clips():
     assert np.allclose(answer("saturation", {"upper_v": 1.2, "lower_v": -0.7}), np.clip(SWEEP, -0.7, 1.2)[:-1])
+
+
+def test_a_limit_lets_part_of_what_is_beyond_it_pass():
+    limits = {"upper_v": 1.2, "lower_v": -0.7, "passing": 0.2}
+    clipped = np.clip(SWEEP, -0.7, 1.2)
+    assert np.allclose(answer("saturation", limits), (clipped + 0.2 * (SWEEP - clipped))[:-1])
 
 
 def test_hysteresis_loop_is_as_wide_as_it_says():
@@ -221,6 +233,13 @@ def test_a_pump_limits_the_speed_and_winds_nothing_up():
 def test_periodic_disturbance_is_a_sine_at_the_sample():
     out = answer("periodic_disturbance", {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}, voltage=0 * TIME)
     assert np.allclose(out, 0.2 * np.sin(2 * math.pi * 1.5 * TIME[1:] + 0.4))
+
+
+def test_a_second_tone_adds_to_the_first():
+    sine = {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}
+    second = {"second_share": 0.5, "second_hz": 2.3, "second_rad": -1.0}
+    one, both = (answer("periodic_disturbance", {**sine, **more}, voltage=0 * TIME) for more in ({}, second))
+    assert np.allclose(both - one, 0.1 * np.sin(2 * math.pi * 2.3 * TIME[1:] - 1.0))
 
 
 def test_bursts_leave_the_sine_as_it_is_or_nothing():

@@ -25,7 +25,7 @@ def _beyond(x: float, half_width: float, rounding: float, restored: float) -> fl
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     leak = p[4]
-    return leak * value + (1.0 - leak) * _beyond(value - p[1], p[0], p[2], p[3])
+    return leak * value + (1.0 - leak) * (p[5] * p[1] + _beyond(value - p[1], p[0], p[2], p[3]))
 
 
 EFFECT = Effect(
@@ -46,10 +46,11 @@ EFFECT = Effect(
             "centre_v",
             Quantity.INPUT,
             "voltage in its middle, where its edges differ",
-            -0.3,
-            0.3,
+            -1.0,
+            1.0,
             (0.0,),
             optional=True,
+            apart=True,
         ),
         Parameter(
             "rounding_v", Quantity.INPUT, "voltage over which its corners are rounded", 0.0, 0.5, (0.05,), optional=True
@@ -73,6 +74,17 @@ EFFECT = Effect(
             0.9,
             (0.0, 0.3),
             optional=True,
+        ),
+        Parameter(
+            "working",
+            Quantity.RATIO,
+            "0: no flow at the centre, 1: a valve that works about it, where that voltage acts as it is",
+            0.0,
+            1.5,
+            (),
+            optional=True,
+            apart=True,
+            usual=(1.0,),
         ),
     ),
     step=_step,

@@ -1,4 +1,4 @@
-"""Periodic disturbance: something outside the model shakes the output at one frequency, always or in bursts."""
+"""Periodic disturbance: something outside the model shakes the output at one frequency or two, always or in bursts."""
 
 import math
 
@@ -20,12 +20,14 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         middle = abs(into - 0.5 * p[8])
         away = min(middle, 1.0 - middle) - 0.5 * p[8]
         wave *= min(max(0.5 - away / _EDGE, 0.0), 1.0)
+    if p[10] != 0.0:
+        wave += p[10] * math.sin(2.0 * math.pi * p[11] * (c[TIME] + c[SUBSTEP]) + p[12])
     return value + p[0] * wave
 
 
 EFFECT = Effect(
     name="periodic_disturbance",
-    sentence="The output carries an oscillation of one frequency that no input explains.",
+    sentence="The output carries an oscillation of one or two frequencies that no input explains.",
     attachment=Attachment.OUTPUT,
     parameters=(
         Parameter("amplitude", Quantity.SIGNAL, "amplitude of the oscillation", 0.0, 2.0, (0.05,)),
@@ -56,6 +58,9 @@ EFFECT = Effect(
         Parameter(
             "burst_start_s", Quantity.RUN_TIME, "time of the run at which it first comes", -240.0, 240.0, (), 0.0, True
         ),
+        Parameter("second_share", Quantity.RATIO, "amplitude of a second tone, of the first", 0.0, 1.5, (), 0.0, True),
+        Parameter("second_hz", Quantity.FREQUENCY, "its frequency", 0.02, 24.0, (), 0.0, True),
+        Parameter("second_rad", Quantity.ANGLE, "its phase at the start of the run", -7.0, 7.0, (), 0.0, True),
     ),
     step=_step,
     check="Look for pump ripple, mains hum or a neighbouring machine at this frequency; log with the valve unpowered.",

@@ -24,19 +24,17 @@ from .effect import Attachment, Effect, Parameter, Quantity
 
 @njit(cache=True)
 def _less_flow(p: Doubles, value: float, c: Doubles) -> float:
-    """The voltage at which the speed, the load's part in it apart, stays at what the limits would make of it."""
+    """The voltage at which the speed, the load's part in it apart, is what the limits would make of it."""
     high, low, speed = p[0] * c[SPEED_GAIN], p[1] * c[SPEED_GAIN], c[FREE_VELOCITY] - c[LOAD_VELOCITY]
     if c[VELOCITY_GAIN] == 0.0 or high == low:
         return value
     allowed = min(max(speed, min(low, high)), max(low, high))
-    return value - (speed - allowed) / c[VELOCITY_GAIN]
+    return value - (1.0 - p[4]) * (speed - allowed) / c[VELOCITY_GAIN]
 
 
-@effect_step
-def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    if c[STAGE] == 1.0:
-        return _less_flow(p, value, c)
-    unit = abs(c[STATIC_GAIN]) if c[STAGE] > 1.5 else 1.0
+@njit(cache=True)
+def _limited(p: Doubles, value: float, unit: float) -> float:
+    """What gets through of a value whose limits are in multiples of `unit`."""
     upper, lower, rounding = p[0] * unit, p[1] * unit, p[2] * unit
     if p[3] > 1e-3:
         limit = upper if value > 0.0 else lower
@@ -49,6 +47,14 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         beyond = b if b > 30.0 else math.log1p(math.exp(b))
         return lower + rounding * (above - beyond)
     return min(max(value, lower), upper)
+
+
+@effect_step
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    if c[STAGE] == 1.0:
+        return _less_flow(p, value, c)
+    limited = _limited(p, value, abs(c[STATIC_GAIN]) if c[STAGE] > 1.5 else 1.0)
+    return limited + p[4] * (value - limited)
 
 
 EFFECT = Effect(
@@ -86,6 +92,15 @@ EFFECT = Effect(
             (0.15, 0.4),
             optional=True,
             apart=True,
+        ),
+        Parameter(
+            "passing",
+            Quantity.RATIO,
+            "share of what is beyond a limit that still counts",
+            0.0,
+            0.3,
+            (0.15,),
+            optional=True,
         ),
     ),
     step=_step,
