@@ -7,6 +7,7 @@ import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSimulator
+from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, all_starts, library
@@ -97,13 +98,18 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert Candidate("friction") not in library(Channel.PRESSURE)
     assert Candidate("leakage") in library(Channel.PRESSURE)
     apart = [c for c in library(Channel.POSITION) if c not in library(Channel.POSITION, apart=False)]
-    assert [(c.name, c.required) for c in apart] == [
-        ("asymmetric_gain", ("asymmetry", "centre_v", "through_zero")),
-        ("hysteresis", ("half_width_v", "bouc_wen", "depth")),
-        ("saturation", ("upper_v", "lower_v", "knee")),
+    assert [(c.name, c.at, c.required) for c in apart] == [
+        ("asymmetric_gain", None, ("asymmetry", "centre_v", "through_zero")),
+        ("hysteresis", None, ("half_width_v", "bouc_wen", "depth")),
+        ("rate_limit", None, ("rate_v_per_s", "asymmetry")),
+        ("resonance", Attachment.OUTPUT, ("frequency_hz", "damping", "share", "beside", "beside_rate")),
+        ("saturation", None, ("upper_v", "lower_v", "knee")),
     ]
     # A cylinder stands still at 0 V, a pressure valve works about any voltage.
     assert Candidate("dead_zone", apart=True) in library(Channel.PRESSURE)
     plain = Candidate("saturation")
     assert "knee" in plain.optional
     assert "knee" not in plain.required
+    # A mode beside the path shows on the output only.
+    assert "beside" in Candidate("resonance", Attachment.OUTPUT).optional
+    assert "beside" not in Candidate("resonance").optional

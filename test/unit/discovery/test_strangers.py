@@ -1,16 +1,20 @@
 """A form outside the vocabulary that explains as much makes a name doubtful; one that holds the name must do more."""
 
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
+from dt_station_nodes.core.models import EffectSpec
 from dt_station_nodes.discovery.selection import Explanation
 from dt_station_nodes.discovery.strangers import stranger
 
 
-def named(*names: str) -> Explanation:
-    """An explanation of which only its names count."""
-    return Explanation(cast(Any, None), names, {}, (1.0,))
+def named(*names: str, **parameters: float) -> Explanation:
+    """An explanation of which only its names count, and parameters of the last of them."""
+    effect = EffectSpec.model_construct(name=names[-1], at=None, parameters=parameters)
+    fit = SimpleNamespace(path=SimpleNamespace(effects=(effect,)))
+    return Explanation(cast(Any, fit), names, {}, (1.0,))
 
 
 LIMIT = named("saturation")
@@ -29,6 +33,11 @@ def test_a_stranger_that_ties_makes_a_name_doubtful(behind: float, name: str) ->
 @pytest.mark.parametrize(("behind", "name"), [(1.5, ""), (-5.0, ""), (-7.0, "trapped_air")])
 def test_one_that_holds_the_name_as_a_special_case_has_to_explain_more(behind: float, name: str) -> None:
     assert ahead(LAG, behind, named("trapped_air")) == name
+
+
+@pytest.mark.parametrize(("behind", "lag_s", "name"), [(4.5, 0.0, ""), (-4.0, 0.0, "cross_coupling"), (-4.0, 0.05, "")])
+def test_cross_talk_that_does_not_lag_holds_no_leak(behind: float, lag_s: float, name: str) -> None:
+    assert ahead(named("leakage"), behind, named("cross_coupling", share=-0.06, lag_s=lag_s), trifling=True) == name
 
 
 def test_it_has_to_explain_much_more_where_next_to_nothing_is_left() -> None:

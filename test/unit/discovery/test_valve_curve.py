@@ -11,7 +11,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import Verdict, discover
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
-from dt_station_nodes.discovery.valve_curve import flattest_v
+from dt_station_nodes.discovery.valve_curve import flattest_v, kinks_v
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
@@ -24,7 +24,11 @@ WAVES = (np.sin(2.0 * np.pi * 0.31 * TIME_S), np.abs((0.37 * TIME_S) % 2.0 - 1.0
 def run(centre_v: float, half_width_v: float, wave: int) -> Run:
     """Pressure of a valve whose curve has a flat about a voltage, written as a clipped difference."""
     given = 2.0 + 1.2 * WAVES[wave]
-    acts = given - np.clip(given - centre_v, -half_width_v, half_width_v)
+    return answered(given, given - np.clip(given - centre_v, -half_width_v, half_width_v), wave)
+
+
+def answered(given: np.ndarray, acts: np.ndarray, wave: int) -> Run:
+    """The run of a valve at which another voltage acts than is given."""
     pressure = PathSimulator(Channel.PRESSURE, 0.02, acts, np.zeros(0), 1e6, 1e6).simulate(BARE)
     noise = 0.01 * np.std(pressure) * np.random.default_rng(wave).standard_normal(pressure.size)
     return Run(0.02, {"load_voltage_v": given, "pressure_pa": pressure + noise})
@@ -35,6 +39,15 @@ def test_the_flat_is_where_it_was_made(centre_v: float, half_width_v: float) -> 
     problem = make_problem(run(centre_v, half_width_v, 0), SPEC, Channel.PRESSURE, DiscoverySettings())
     found = flattest_v(problem, BARE, problem.residual(BARE), 1)
     assert all(abs(volts - centre_v) < half_width_v + 0.06 for volts in found)
+
+
+@pytest.mark.parametrize("wave", [0, 1])
+@pytest.mark.parametrize(("kink_v", "more"), [(1.5, 0.3), (2.4, -0.1)])
+def test_the_kink_is_where_it_was_made(kink_v: float, more: float, wave: int) -> None:
+    given = 2.0 + 1.2 * WAVES[wave]
+    bent = answered(given, given + more * np.maximum(given - kink_v, 0.0), wave)
+    problem = make_problem(bent, SPEC, Channel.PRESSURE, DiscoverySettings())
+    assert min(abs(volts - kink_v) for volts in kinks_v(problem, BARE, problem.residual(BARE))) < 0.15
 
 
 def test_a_dead_zone_about_a_working_voltage_is_named() -> None:

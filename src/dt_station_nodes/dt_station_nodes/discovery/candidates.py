@@ -15,7 +15,7 @@ from ..core.models.effects import Attachment, Effect, Parameter, Quantity, regis
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
 from .terms import Hypothesis, Term
-from .valve_curve import flattest_v
+from .valve_curve import flattest_v, kinks_v
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
@@ -52,7 +52,8 @@ class Candidate:
     @property
     def optional(self) -> tuple[str, ...]:
         """Parameters that refine it."""
-        return tuple(p.name for p in self.effect.parameters if not self._needs(p))
+        elsewhere = self.effect.apart_at not in (None, self.at)
+        return tuple(p.name for p in self.effect.parameters if not self._needs(p) and not (p.apart and elsewhere))
 
     def _needs(self, parameter: Parameter) -> bool:
         return not parameter.optional or parameter.tried_first or (self.apart and parameter.apart)
@@ -65,7 +66,7 @@ def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
         if channel in effect.channels and (name, channel) != _NO_PLAY:
             found += [Candidate(name, at) for at in (None, *effect.places(channel)[1:])]
             formed = apart and (name, channel) != _ABOUT_ZERO and any(_by_itself(p) for p in effect.parameters)
-            found += [Candidate(name, apart=True)] * formed
+            found += [Candidate(name, effect.apart_at, apart=True)] * formed
     return tuple(found)
 
 
@@ -93,8 +94,11 @@ def grid(
     unit = unit_of(problem, parameter, candidate.at or candidate.effect.attachment)
     if candidate.name == "cubic_stiffness" and parameter.name in ("centre", "coefficient"):
         return _spring_starts(problem, path, parameter, unit)
-    if candidate.name == "dead_zone" and candidate.apart and parameter.apart and not parameter.tried_first:
-        return [1.0] if name == "working" else flattest_v(problem, path, residual, 2)
+    if candidate.apart and name == "centre_v":
+        bent = candidate.name == "asymmetric_gain"
+        return [0.0, *kinks_v(problem, path, residual)] if bent else flattest_v(problem, path, residual, 2)
+    if candidate.apart and name == "working":
+        return [1.0]
     if fine and parameter.grain > 0.0 and not problem.rough:
         return list(unit * np.geomspace(min(parameter.starts), 1.5 * max(parameter.starts), _FINE_STARTS))
     return [start * unit for start in parameter.starts]

@@ -12,6 +12,7 @@ BEAM = 3
 LIKELY = 10.0  # times what the best leaves: what leaves more is not what an effect is added to
 MOST = 12  # candidates fitted of those glanced at,
 FINEST = 4  # and in their refined form too
+FOREIGN = 100.0  # twice the log-likelihood ratio by which it leads
 _ROUNDS = 2
 _ANEW = 20.0  # a set found so much better than when it was grown from is grown from again
 
@@ -33,6 +34,8 @@ class Growth:
             if not leaders or (number and self._old(leaders[0], measure)):
                 break
             self._extend(1 if number else BEAM)
+            if self._foreign():
+                break
             self._exchange()
             self._reduce()
 
@@ -72,6 +75,13 @@ class Growth:
                 break
             self._grown.update({tuple(sorted(e.added)): e for e in bases})
             self._learn(scan(self._bench, bases, MOST, self._finest), measure)
+
+    def _foreign(self) -> bool:
+        """Whether a set with a form outside the vocabulary is far ahead of larger ones without: none will be named."""
+        measure = take_measure(self._bench, self._known)
+        best = min((e for e in self._known if e.inside), key=measure.score)
+        others = [measure.score(e) for e in self._known if not e.inside and len(e.added) < len(best.added)]
+        return not measure.rough and min(others, default=np.inf) < measure.score(best) - FOREIGN
 
     def _exchange(self) -> None:
         measure = take_measure(self._bench, self._known)

@@ -33,6 +33,8 @@ UNUSUAL = {
     # Without voltages inside its band a dead zone only takes off a constant; a bias could as well add one.
     ("bias", "pressure"): 1.4,
     ("cross_coupling", "position"): 8.0,
+    # A piston's drag grows with its speed's square where oil is thin and quick: a valve's limits are commoner.
+    ("quadratic_damping", "position"): 6.0,
     # What a supply cannot exceed is as often called saturation where it is a pressure.
     ("overflow", "pressure"): 4.0,
     ("saturation", "output"): 5.0,

@@ -14,17 +14,30 @@ def stranger(best: Explanation, scored: Sequence[tuple[float, Explanation]], tri
     """The name of the foremost form outside the vocabulary that explains as much as the best set; "" if none does.
 
     `scored`: how far each explanation is behind the best set, foremost first; `trifling`: that set leaves next to
-    nothing. One that holds the names as special cases, and any where data are rough, has to explain clearly more.
+    nothing. One that holds the names as special cases, and any where data are rough, has to explain clearly more; one
+    that would hold them, were it not in its plain form, just more.
     """
     more = TRIFLE if trifling else SAME
     for behind, other in scored:
         if other.inside or len(other.added) > len(best.added):
             continue
-        if behind < (-more if rough or _contains(other, best) else SAME):
+        if behind < (-more if rough else _limit(other, best, more)):
             return next(name for name in other.added if not in_vocabulary(name))
     return ""
 
 
-def _contains(other: Explanation, best: Explanation) -> bool:
-    special = {case for name in other.added for case in registry()[name].special_cases}
-    return set(best.added) <= set(other.added) | special
+def _limit(other: Explanation, best: Explanation, more: float) -> float:
+    """How far a stranger may be behind, or has to be ahead."""
+    special = {case: (name, by) for name in other.added for case, by in registry()[name].special_cases.items()}
+    if not set(best.added) <= set(other.added) | set(special):
+        return SAME
+    plain = any(_neutral(other, *special[name]) for name in best.added if name not in other.added)
+    return 0.0 if plain else -more
+
+
+def _neutral(explanation: Explanation, name: str, parameter: str) -> bool:
+    """Whether a parameter of one of the effects changes nothing; "": none is needed."""
+    if not parameter:
+        return False
+    spec = next(effect for effect in explanation.fit.path.effects if effect.name == name)
+    return abs(spec.parameters[parameter] - registry()[name].parameter(parameter).neutral) < 1e-6

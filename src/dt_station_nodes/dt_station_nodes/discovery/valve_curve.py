@@ -1,4 +1,4 @@
-"""Where the curve of a valve, from voltage given to voltage that acts, is flat: read off a residual."""
+"""Where the curve of a valve, from voltage given to voltage that acts, is flat or bends: read off a residual."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -23,16 +23,34 @@ def flattest_v(problem: Problem, path: PathSpec, residual: Array, count: int) ->
     either; `count` voltages of each. Its slopes follow by least squares, as the residual of a linear path is linear in
     them.
     """
-    voltage = problem.simulator.voltage_v
-    even = np.linspace(0.0, 1.0, _KNOTS)
-    low, high = float(voltage.min()), float(voltage.max())
     found = []
-    for knots in (low + (high - low) * even, np.quantile(voltage, even)):
-        apart = knots[np.concatenate([[True], np.diff(knots) > _CLOSEST * (high - low)])]
-        if len(apart) > 2:
-            flattest = np.argsort(_slopes(problem, path, residual, apart), kind="stable")[:count]
-            found += [float(middle) for middle in (0.5 * (apart[:-1] + apart[1:]))[flattest]]
-    return found or [0.5 * (low + high)]
+    for knots in _knots(problem.simulator.voltage_v):
+        slopes = _slopes(problem, path, residual, knots)
+        middles = 0.5 * (knots[:-1] + knots[1:])
+        found += [float(volts) for volts in middles[np.argsort(slopes, kind="stable")[:count]]]
+    return found
+
+
+def kinks_v(problem: Problem, path: PathSpec, residual: Array) -> list[float]:
+    """Voltages (V) at which a static curve of two straight parts before `path` would bend, one by each set of knots."""
+    found = []
+    for knots in _knots(problem.simulator.voltage_v):
+        slopes, widths = _slopes(problem, path, residual, knots), np.diff(knots)
+        risen, passed = np.cumsum(slopes * widths)[:-1], np.cumsum(widths)[:-1]
+        whole, range_v = float(slopes @ widths), float(np.sum(widths))
+        # Least squares of a step in the slope: how far both means lie apart, weighted by what each is of.
+        bend = (risen / passed - (whole - risen) / (range_v - passed)) ** 2 * passed * (range_v - passed)
+        found.append(float(knots[1 + int(np.argmax(bend))]))
+    return found
+
+
+def _knots(voltage: Array) -> list[Array]:
+    """Knots evenly by voltage, and evenly by samples where these are not all the same few."""
+    even = np.linspace(0.0, 1.0, _KNOTS)
+    by_samples = np.quantile(voltage, even)
+    by_voltage = by_samples[0] + np.ptp(voltage) * even
+    apart = by_samples[np.concatenate([[True], np.diff(by_samples) > _CLOSEST * np.ptp(voltage)])]
+    return [by_voltage, apart] if len(apart) > 2 else [by_voltage]
 
 
 def _slopes(problem: Problem, path: PathSpec, residual: Array, knots: Array) -> Array:

@@ -49,13 +49,10 @@ def substeps(spec: ModelSpec, sample_time_s: float) -> int:
 
 def _feedback_rate(path: PathSpec) -> float:
     """Rate (rad/s) at which a static path answers an effect inside it that feeds its output back; 0 without one."""
-    inside = [
-        effect
-        for effect in path.effects
-        if registry()[effect.name].sub_stepped and (effect.at or registry()[effect.name].attachment) is Attachment.STATE
-    ]
+    attached = ((registry()[effect.name], effect.at) for effect in path.effects)
+    inside = [e for e, at in attached if e.sub_stepped and (at or e.attachment) is Attachment.STATE]
     order = len(path.denominator) - 1
-    if not inside or not order or path.denominator[-1] == 0.0:
+    if all(e.only_paces for e in inside) or not order or path.denominator[-1] == 0.0:
         return 0.0
     return float(abs(path.denominator[-1] / path.denominator[0]) ** (1.0 / order)) / path.time_scale
 

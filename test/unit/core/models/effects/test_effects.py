@@ -204,6 +204,39 @@ def test_resonance_rings_at_its_frequency_and_settles_at_one():
     assert np.mean(np.diff(crossings[1:11])) == pytest.approx(0.25, rel=0.03)
 
 
+@pytest.mark.parametrize(("path", "unit"), [(FAST, 1.0), (INTEGRATOR, 0.01 * 206.4 / 23.34)])
+def test_a_mode_beside_the_path_swings_with_the_voltage(path, unit):
+    """Driven at its own frequency it swings by one over twice its damping, a quarter of a turn late."""
+    frequency, damping = 2.0, 0.1
+    voltage = np.sin(2 * math.pi * frequency * np.arange(2000) * TS)
+    mode = {"frequency_hz": frequency, "damping": damping}
+    spec = ModelSpec(name="t", paths={Channel.POSITION: path, Channel.PRESSURE: STATIC})
+
+    def out(**beside):
+        own = spec.with_effect(Channel.POSITION, "resonance", {**mode, **beside}, at=Attachment.OUTPUT)
+        bare = PlantModel(spec, TS).simulate(voltage, voltage).position_m
+        return (PlantModel(own, TS).simulate(voltage, voltage).position_m - bare)[-500:]
+
+    unit = unit if path is FAST else unit / (2 * math.pi * frequency)
+    swing, rate = out(beside=0.3), out(beside_rate=0.3)
+    assert np.ptp(swing) / 2 == pytest.approx(0.3 * unit / (2 * damping), rel=0.02)
+    assert np.ptp(rate) / 2 == pytest.approx(np.ptp(swing) / 2, rel=0.02)
+    assert np.dot(swing, rate) == pytest.approx(0.0, abs=0.1 * np.dot(swing, swing))
+
+
+def test_a_duhem_loop_bends_alike_on_its_way_back():
+    """Against v' = a |u'| (u - v) + u' / 2 in fine steps, whose half width is 1 / (2 a)."""
+    sharpness, expected, v = 2.5, [], 0.0
+    for before, now in zip(np.concatenate([[SWEEP[0]], SWEEP[:-1]]), SWEEP, strict=True):
+        for step in np.linspace(before, now, 400)[1:]:
+            move = (now - before) / 399
+            v += sharpness * abs(move) * (step - v) + 0.5 * move
+        expected.append(v)
+    loop = {"half_width_v": 1.0 / sharpness, "bouc_wen": 1.0, "depth": 0.5, "way_back": 1.0}
+    assert np.abs(answer("hysteresis", loop) - expected[:-1]).max() < 0.02
+    assert np.abs(answer("hysteresis", {**loop, "way_back": 0.0}) - expected[:-1]).max() > 0.03
+
+
 def test_gain_drifts_with_time():
     out = answer("gain_drift", {"rate_per_s": 0.01}, voltage=np.ones(500))
     assert out[-1] == pytest.approx(1 + 0.01 * TIME[-1], abs=1e-3)

@@ -31,5 +31,5 @@ EFFECT = Effect(
     state_size=2,
     sub_stepped=True,
     vocabulary=False,
-    special_cases=("leakage",),
+    special_cases={"leakage": "lag_s"},
 )

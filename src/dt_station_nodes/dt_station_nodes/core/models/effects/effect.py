@@ -95,10 +95,13 @@ class Effect:
 
     `step` is a C function made by `effect_step`; its parameters come in the order of `parameters`, its state is
     `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample; those that
-    `hold` give the same as long as the voltage before them is the same. `also` lists
-    the places other than `attachment` where a model may put it and discovery tries it, by channel. Effects outside the
-    `vocabulary` are never named by discovery: they stand for behaviour that must not be mistaken for a named effect;
-    those that they are at one end of their range are their `special_cases`.
+    `hold` give the same as long as the voltage before them is the same. An effect inside a static path feeds its output
+    back, which sub-steps must resolve, unless it `only_paces`: what is fed back sets how quick it is.
+
+    `also` lists the places other than `attachment` where a model may put it and discovery tries it, by channel;
+    `apart_at` is the one of its form apart (None: the usual one). Effects outside the `vocabulary` are never named by
+    discovery: they stand for behaviour that must not be mistaken for a named effect. Those that they are at one end of
+    their range are their `special_cases`, each with the parameter that makes them so ("": they always are).
     """
 
     name: str
@@ -112,9 +115,11 @@ class Effect:
     state_size: int = 0
     sub_stepped: bool = False
     holds: bool = False
+    only_paces: bool = False
     also: Mapping[Channel, tuple[Attachment, ...]] = field(default_factory=dict)
+    apart_at: Attachment | None = None
     vocabulary: bool = True
-    special_cases: tuple[str, ...] = ()
+    special_cases: Mapping[str, str] = field(default_factory=dict)
 
     def places(self, channel: Channel) -> tuple[Attachment, ...]:
         """Where it may sit on a channel, its usual place first."""

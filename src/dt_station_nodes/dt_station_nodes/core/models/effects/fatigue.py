@@ -26,5 +26,5 @@ EFFECT = Effect(
     state_size=1,
     sub_stepped=True,
     vocabulary=False,
-    special_cases=("gain_drift",),
+    special_cases={"gain_drift": ""},
 )

@@ -13,12 +13,12 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
             s[j] = value
         s[10] = value
     if bouc_wen > 0.0 and half_width > 0.0 and value != s[10]:
-        # Bouc-Wen with beta = gamma = 1/2: w z' = u' (1 - |z|^n) on the way out, w z' = u' on the way back.
+        # Bouc-Wen, beta + gamma = 1: w z' = u' (1 - |z|^n) on the way out, w z' = u' (1 + (beta - gamma) |z|^n) back.
         move = (value - s[10]) / half_width
         pieces = min(1 + int(abs(move) * 8.0), 400)
         for _ in range(pieces):
-            toward = 1.0 if move * s[11] > 0.0 else 0.0
-            s[11] += move / pieces * (1.0 - toward * abs(s[11]) ** sharpness)
+            bend = 1.0 if move * s[11] > 0.0 else -p[5]
+            s[11] += move / pieces * (1.0 - bend * abs(s[11]) ** sharpness if bend != 0.0 else 1.0)
         s[11] = min(max(s[11], -1.0), 1.0)
     s[10] = value
     s[0] = min(max(s[0], value - half_width), value + half_width)
@@ -86,6 +86,15 @@ EFFECT = Effect(
             neutral=1.0,
             optional=True,
             apart=True,
+        ),
+        Parameter(
+            "way_back",
+            Quantity.RATIO,
+            "Bouc-Wen beta - gamma: how much steeper a way back begins, 1 for a Duhem loop of exponentials",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
         ),
     ),
     step=_step,

@@ -103,6 +103,7 @@ EFFECT = Effect(
             0.95,
             (-0.5, 0.5),
             optional=True,
+            apart=True,
         ),
         Parameter(
             "loop_s",

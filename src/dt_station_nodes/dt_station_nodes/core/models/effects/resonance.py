@@ -2,16 +2,19 @@
 
 import math
 
-from ..compiled import SUBSTEP, Doubles, effect_step
+from ..compiled import RAW_INPUT, SPEED_GAIN, STATIC_GAIN, SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    frequency, damping, share = p[0], p[1], p[2]
+    frequency, damping, share, beside, beside_rate = p[0], p[1], p[2], p[4], p[5]
+    given = value
+    if beside != 0.0 or beside_rate != 0.0:
+        given = c[RAW_INPUT]
     if s[2] == 0.0:
         s[2] = 1.0
-        s[0] = value
+        s[0] = given
         s[1] = 0.0
         w = 2.0 * math.pi * frequency
         h = c[SUBSTEP]
@@ -28,10 +31,14 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[5] = -w * w * decay * sine
         s[6] = decay * (cosine - damping * w * sine)
     before = s[0]
-    offset = before - value
+    offset = before - given
     rate = s[1]
-    s[0] = value + s[3] * offset + s[4] * rate
+    s[0] = given + s[3] * offset + s[4] * rate
     s[1] = s[5] * offset + s[6] * rate
+    if beside != 0.0 or beside_rate != 0.0:
+        w = 2.0 * math.pi * frequency
+        unit = c[STATIC_GAIN] if c[STATIC_GAIN] != 0.0 else c[SPEED_GAIN] / w
+        return value + unit * (beside * s[0] + beside_rate * s[1] / w)
     mean_rate = 0.5 * (rate + s[1]) / (2.0 * math.pi * frequency)
     return value + share * (0.5 * (before + s[0]) - value) + p[3] * mean_rate
 
@@ -65,6 +72,26 @@ EFFECT = Effect(
             (0.0, 0.5, -0.5),
             optional=True,
         ),
+        Parameter(
+            "beside",
+            Quantity.RATIO,
+            "of a mode that the voltage shakes beside the path: what of its swing the output shows",
+            -3.0,
+            3.0,
+            (0.1,),
+            optional=True,
+            apart=True,
+        ),
+        Parameter(
+            "beside_rate",
+            Quantity.RATIO,
+            "what of its rate, over its angular frequency",
+            -3.0,
+            3.0,
+            (0.1,),
+            optional=True,
+            apart=True,
+        ),
     ),
     step=_step,
     check="Tap or step the rig and listen for ringing; look at hose length, trapped air and frame stiffness.",
@@ -72,4 +99,5 @@ EFFECT = Effect(
     state_size=7,
     sub_stepped=True,
     also=on_both(Attachment.OUTPUT),
+    apart_at=Attachment.OUTPUT,
 )

@@ -37,6 +37,7 @@ EFFECT = Effect(
     source="effective bulk modulus with entrained air: Merritt (1967), 1.4",
     state_size=2,
     sub_stepped=True,
+    only_paces=True,
     vocabulary=False,
-    special_cases=("extra_lag",),
+    special_cases={"extra_lag": ""},
 )
