@@ -90,7 +90,7 @@ def test_a_disturbance_is_told_from_a_harmonic_by_part_of_a_turn(
     sine = {"amplitude": 0.01, "frequency_hz": hertz, "phase_rad": 0.0}
     path = PAPER.with_effect(Channel.POSITION, "periodic_disturbance", sine).paths[Channel.POSITION]
     found = replace(null, added=("periodic_disturbance",), fit=replace(null.fit, path=path))
-    assert recurring([found], null, measure) == ([found] if kept else [])
+    assert recurring([found], [null], measure) == ([found] if kept else [])
 
 
 @pytest.mark.parametrize(

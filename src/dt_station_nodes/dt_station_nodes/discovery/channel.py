@@ -108,9 +108,9 @@ def examine(
         silent = (quiet or not measure.seen(null)) and not measure.bent(null)
         if not silent:
             begin = _starting_points(null, nulls[-1])
-            known += recurring(scan(bench, begin, MOST_SINGLE, FINEST_SINGLE), null, measure)
+            known += recurring(scan(bench, begin, MOST_SINGLE, FINEST_SINGLE), known, measure)
             if min(measure.left(e) for e in known if e.inside) > MOSTLY * measure.left(null):
-                known = distinct(bench, [*known, *recurring(scan_whole(bench, begin, MOST_WHOLE), null, measure)])
+                known = distinct(bench, [*known, *recurring(scan_whole(bench, begin, MOST_WHOLE), known, measure)])
             Growth(bench, null, known, settings.max_effects).run()
         elif _silent(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:
             # What shifts a run's phase or size may be an effect as well as a parameter far off.

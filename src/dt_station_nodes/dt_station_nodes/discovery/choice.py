@@ -182,11 +182,11 @@ def _told(best: Explanation, leader: Explanation, measure: Measure) -> bool:
     return nested and any(told > ENOUGH_TO_TELL for told in measure.told(best, leader))
 
 
-def recurring(found: list[Explanation], null: Explanation, measure: Measure) -> list[Explanation]:
+def recurring(found: list[Explanation], known: list[Explanation], measure: Measure) -> list[Explanation]:
     """Without those whose periodic disturbance comes too seldom to be one, or beats with the excitation.
 
     Any smooth nonlinearity of a periodic run looks as if it did. What such a disturbance foretells of a run excited
-    at other frequencies tells the two apart.
+    at other frequencies tells the two apart: more than what is `known` to explain it without one.
     """
     kept = []
     for explanation in found:
@@ -195,7 +195,9 @@ def recurring(found: list[Explanation], null: Explanation, measure: Measure) -> 
             kept.append(explanation)
             continue
         unseen = len(problems) > 1 and not _beats(explanation, problems[1])
-        if unseen and measure.told(null, explanation)[1] > ENOUGH_TO_TELL:
+        without = {name for name in explanation.added if name != "periodic_disturbance"}
+        plain = min((e for e in known if set(e.added) <= without), key=measure.score)
+        if unseen and measure.told(plain, explanation)[1] > ENOUGH_TO_TELL:
             kept.append(explanation)
     return kept
 

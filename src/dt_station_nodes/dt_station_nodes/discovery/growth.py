@@ -97,4 +97,4 @@ class Growth:
             self._known[:] = distinct(self._bench, [*self._known, *reduced(self._bench, larger[:BEAM])])
 
     def _learn(self, found: list[Explanation], measure: Measure) -> None:
-        self._known += recurring(found, self._null, measure)
+        self._known += recurring(found, self._known, measure)

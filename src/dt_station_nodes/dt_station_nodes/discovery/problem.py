@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,10 +66,12 @@ class Problem:
         return len(self.measured) * self.simulator.sample_time_s
 
     def excited_at(self, frequency_hz: float, turns: float) -> bool:
-        """Whether a frequency is a harmonic of what drives the run: they come apart by less than `turns` in it."""
-        orders = [(base, round(frequency_hz / base)) for base in self.excitations_hz]
-        apart = [abs(frequency_hz - order * base) * self.length_s for base, order in orders if 1 <= order <= _HARMONICS]
-        return any(one < turns for one in apart)
+        """Whether a frequency is a harmonic or a beat of what drives the run: less than `turns` in it apart."""
+        bases = self.excitations_hz
+        orders = [(base, round(frequency_hz / base)) for base in bases]
+        known = [order * base for base, order in orders if 1 <= order <= _HARMONICS]
+        known += [abs(one + sign * other) for one, other in combinations(bases, 2) for sign in (1.0, -1.0)]
+        return any(abs(frequency_hz - one) * self.length_s < turns for one in known)
 
     def residual(self, path: PathSpec) -> Array:
         """Measured minus simulated, offsets of anchored windows taken out, shape (n,)."""

@@ -30,6 +30,8 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
         return False
     if "cubic_stiffness" in explanation.added and not _hardens(explanation, problem):
         return False
+    if "overflow" in explanation.added and problem.windows.anchored and _relieves(explanation):
+        return False
     if "leakage" in explanation.added and problem.channel is Channel.PRESSURE and not _loses(explanation):
         return False
     return not ("asymmetric_gain" in explanation.added and _one_sided(explanation, problem))
@@ -69,6 +71,12 @@ def _loses(explanation: Explanation) -> bool:
     """Whether a leak lets the pressure fall: one that raises it is none."""
     leak = next(e for e in explanation.fit.path.effects if e.name == "leakage").parameters
     return leak["coefficient"] > 0.0
+
+
+def _relieves(explanation: Explanation) -> bool:
+    """Whether an overflow opens and shuts like a relief valve: the stop of a piston does neither."""
+    stop = next(e for e in explanation.fit.path.effects if e.name == "overflow").parameters
+    return stop["opening_s"] > 0.0 or stop["reseat"] > 0.0
 
 
 def _laps(explanation: Explanation, problem: Problem) -> bool:

@@ -56,13 +56,13 @@ def _knots(voltage: Array) -> list[Array]:
 def _slopes(problem: Problem, path: PathSpec, residual: Array, knots: Array) -> Array:
     """By how much a curve is steeper than 1 between knots (k,), shape (k - 1,)."""
     voltage = problem.simulator.voltage_v
-    plain = problem.simulator.simulate(path)
+    plain = problem.residual(path)
     step = _CLOSEST * float(np.ptp(knots))
     answers = []
     for low, high in pairwise(knots):
         steeper = voltage + step * np.clip(voltage - low, 0.0, high - low)
-        moved = replace(problem.simulator, voltage_v=np.ascontiguousarray(steeper)).simulate(path)
-        answers.append(problem.windows.project(moved - plain) * problem.weights / step)
+        moved = replace(problem.simulator, voltage_v=np.ascontiguousarray(steeper))
+        answers.append((plain - problem.compare(moved.simulate(path))) / step)
     answers.append(problem.windows.project(np.ones(len(voltage))) * problem.weights)
     columns = np.column_stack(answers)
     weight = _SMOOTH * float(np.sum(np.square(columns[:, :-1]))) / (len(knots) - 1)

@@ -11,10 +11,13 @@ from numba import njit
 from ...channels import Channel
 from ..compiled import (
     FREE_VELOCITY,
+    INJECTION,
+    INJECTION_GAIN,
     LOAD_VELOCITY,
     SPEED_GAIN,
     STAGE,
     STATIC_GAIN,
+    VELOCITY,
     VELOCITY_GAIN,
     Doubles,
     effect_step,
@@ -27,6 +30,11 @@ def _less_flow(p: Doubles, value: float, c: Doubles) -> float:
     """The voltage at which the speed, the load's part in it apart, is what the limits would make of it."""
     high, low, speed = p[0] * c[SPEED_GAIN], p[1] * c[SPEED_GAIN], c[FREE_VELOCITY] - c[LOAD_VELOCITY]
     if c[VELOCITY_GAIN] == 0.0 or high == low:
+        return value
+    if p[5] > 0.5 and c[INJECTION_GAIN] != 0.0:
+        # What asks for the flow goes on growing: only what reaches the piston is less, mean over the sub-step.
+        speed = 0.5 * (c[VELOCITY] + speed)
+        c[INJECTION] += (1.0 - p[4]) * (min(max(speed, min(low, high)), max(low, high)) - speed)
         return value
     allowed = min(max(speed, min(low, high)), max(low, high))
     return value - (1.0 - p[4]) * (speed - allowed) / c[VELOCITY_GAIN]
@@ -101,6 +109,16 @@ EFFECT = Effect(
             0.3,
             (0.15,),
             optional=True,
+        ),
+        Parameter(
+            "winding_up",
+            Quantity.RATIO,
+            "inside the path, 1: what asks for the flow goes on growing behind the limit, 0: it does not",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            usual=(1.0,),
         ),
     ),
     step=_step,
