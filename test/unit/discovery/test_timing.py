@@ -24,6 +24,7 @@ PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
 SINE = {"amplitude": 1.2e5, "frequency_hz": 3.1, "phase_rad": 0.3}
 BURSTS = {"burst_period_s": 6.5, "burst_share": 0.45, "burst_start_s": 1.2}
 SECOND_HZ = 4.4
+SWELL_HZ = 0.27
 DELAY_S, WANDER, WANDER_HZ = 0.06, 0.4, 0.21
 
 
@@ -34,11 +35,14 @@ def noisy(signals: dict[str, np.ndarray], run: Run, seed: int) -> Run:
     return Run(run.sample_time_s, {**run.signals, **signals})
 
 
-def shaken(start_s: float | None, phase_rad: float = 0.3, seed: int = 8, second: float = 0.0) -> Run:
-    """A run whose pressure a neighbour shakes, in bursts from `start_s` on, and a second one by that share of it."""
+def shaken(
+    start_s: float | None, phase_rad: float = 0.3, seed: int = 8, second: float = 0.0, swell: float = 0.0
+) -> Run:
+    """A run whose pressure a neighbour shakes, in bursts from `start_s` on or swelling, and a second one by a share."""
     plain = make(Case(shape="triangle", seed=seed, seconds=24.0, noise_db=300.0))
     time_s = plain.sample_time_s * np.arange(len(plain))
     wave = SINE["amplitude"] * np.sin(2.0 * np.pi * SINE["frequency_hz"] * time_s + phase_rad)
+    wave = wave * (1.0 + swell * np.sin(2.0 * np.pi * SWELL_HZ * time_s - phase_rad))
     if start_s is not None:
         wave = wave * (((time_s - start_s) / BURSTS["burst_period_s"]) % 1.0 < BURSTS["burst_share"])
     other = second * SINE["amplitude"] * np.sin(2.0 * np.pi * SECOND_HZ * time_s + 2.0 * phase_rad)
@@ -77,6 +81,13 @@ def test_two_tones_are_one_disturbance() -> None:
     assert found.gap.after[Channel.PRESSURE].rms < 1.1 * found.gap.noise_floor[Channel.PRESSURE].rms
 
 
+def test_one_that_swells_and_sinks_is_named() -> None:
+    found = discover(shaken(None, swell=0.8), PAPER, validation=shaken(None, 2.0, seed=9, swell=0.8))
+    assert [(e.name, e.channel) for e in found.effects] == [("periodic_disturbance", Channel.PRESSURE)]
+    assert found.effects[0].parameters["swell_hz"].value == pytest.approx(SWELL_HZ, rel=0.01)
+    assert found.effects[0].parameters["swell"].value == pytest.approx(0.8, rel=0.1)
+
+
 def test_a_delay_that_wanders_is_named() -> None:
     found = discover(late(WANDER), PAPER, validation=late(WANDER, 2.0, seed=9))
     assert found.verdict is Verdict.NAMED
@@ -89,6 +100,7 @@ def test_what_goes_on_as_it_is_shows_no_timing() -> None:
     assert seen_timing(problem(shaken(None), Channel.PRESSURE), path, "periodic_disturbance") == {}
     assert "burst_period_s" in seen_timing(problem(shaken(1.2), Channel.PRESSURE), path, "periodic_disturbance")
     assert "second_hz" in seen_timing(problem(shaken(None, second=0.3), Channel.PRESSURE), path, "periodic_disturbance")
+    assert "swell_hz" in seen_timing(problem(shaken(None, swell=0.5), Channel.PRESSURE), path, "periodic_disturbance")
     path = PAPER.with_effect(Channel.POSITION, "delay", {"delay_s": DELAY_S}).paths[Channel.POSITION]
     assert seen_timing(problem(late(0.0), Channel.POSITION), path, "delay") == {}
     assert seen_timing(problem(late(WANDER), Channel.POSITION), path, "delay")

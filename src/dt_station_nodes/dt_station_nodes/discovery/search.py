@@ -152,9 +152,10 @@ def _cost(task: _Task) -> float:
 
 
 def _best(tasks: Sequence[_Task], most: int) -> tuple[list[_Task], list[_Task]]:
-    """The `most` tasks of least cost in their order, and the others."""
+    """The `most` tasks of least cost in their order, and the others; forms apart take no one's place."""
     order = sorted(range(len(tasks)), key=lambda i: (_cost(tasks[i]), i))
-    chosen = set(order[:most])
+    plain = np.cumsum([not tasks[i].candidate.apart for i in order])
+    chosen = {i for i, before in zip(order, plain, strict=True) if before <= most}
     return [t for i, t in enumerate(tasks) if i in chosen], [t for i, t in enumerate(tasks) if i not in chosen]
 
 

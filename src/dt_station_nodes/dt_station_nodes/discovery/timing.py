@@ -42,17 +42,11 @@ def without(path: PathSpec, name: str) -> PathSpec:
 def seen_timing(problem: Problem, path: PathSpec, name: str) -> dict[str, float]:
     """Numbers of a fitted effect's timing, by name; none where the run shows no such thing."""
     spec = next((effect for effect in path.effects if effect.name == name), None)
-    step_s = problem.simulator.sample_time_s
     if spec is None:
         return {}
     if name == PERIODIC:
-        second = _second_tone(problem, path, spec)
-        found = (
-            None if second else bursts(problem.residual(without(path, name)), step_s, spec.parameters["frequency_hz"])
-        )
-        if found is None:
-            return second
-        return {"burst_period_s": found.period_s, "burst_share": found.share, "burst_start_s": found.start_s}
+        ways = (_second_tone(problem, path, spec), _swell(problem, path, spec), _bursts(problem, path, spec))
+        return min((way for way in ways if way), key=lambda way: _left(problem, path, spec, way), default={})
     if name == DELAY and spec.parameters["delay_s"] > 0.0:
         return _wander(problem, path, spec)
     return {}
@@ -71,6 +65,39 @@ def _sinusoid(
     size = np.linalg.lstsq(slopes, residual, rcond=None)[0]
     explained = float(residual @ residual) - float(np.sum(np.square(residual - slopes @ size)))
     return float(np.hypot(*size)), math.atan2(size[1], size[0]), explained
+
+
+def _left(problem: Problem, path: PathSpec, spec: EffectSpec, numbers: dict[str, float]) -> float:
+    """Sum of squares that an oscillation leaves with its `numbers`, size and phase by least squares."""
+    bare = problem.residual(without(path, spec.name))
+    turned = (spec.parameters["phase_rad"] + turn for turn in (0.0, 0.5 * math.pi))
+    columns = np.column_stack(
+        [bare - problem.residual(with_numbers(path, spec, {**numbers, "phase_rad": phase})) for phase in turned]
+    )
+    size = np.linalg.lstsq(columns, bare, rcond=None)[0]
+    return float(np.sum(np.square(bare - columns @ size)))
+
+
+def _bursts(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
+    """When an oscillation is on and off, where silence explains much of it."""
+    step_s = problem.simulator.sample_time_s
+    found = bursts(problem.residual(without(path, spec.name)), step_s, spec.parameters["frequency_hz"])
+    if found is None:
+        return {}
+    return {"burst_period_s": found.period_s, "burst_share": found.share, "burst_start_s": found.start_s}
+
+
+def _swell(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
+    """How an oscillation swells and sinks, where what it leaves lies on both sides of its frequency alike."""
+    residual, whole = problem.residual(path), problem.residual(without(path, spec.name))
+    beyond = float(residual @ residual) - len(residual) * problem.noise**2
+    one, other = spectral_peaks(residual, problem.simulator.sample_time_s, 2)
+    if abs(0.5 * (one + other) - spec.parameters["frequency_hz"]) * problem.length_s > APART_TURNS:
+        return {}
+    numbers = {"swell": SMALL, "swell_hz": 0.5 * abs(one - other)}
+    size, turn, explained = _sinusoid(problem, path, spec, numbers, "swell_rad")
+    telling = explained > max(MOSTLY * beyond, FAINT * float(whole @ whole))
+    return {**numbers, "swell": min(SMALL * size, 1.0), "swell_rad": turn} if telling else {}
 
 
 def _second_tone(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:

@@ -14,6 +14,7 @@ Array = NDArray[np.float64]
 _CHANCE = (
     (PERIODIC, "phase_rad", "amplitude"),
     (PERIODIC, "second_rad", "second_share"),
+    (PERIODIC, "swell_rad", "swell"),
     (DELAY, "wander_rad", "wander"),
 )
 # Mean square of a residual over the noise's: of one that says nothing, and of one that says much.

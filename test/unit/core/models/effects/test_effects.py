@@ -275,6 +275,13 @@ def test_a_second_tone_adds_to_the_first():
     assert np.allclose(both - one, 0.1 * np.sin(2 * math.pi * 2.3 * TIME[1:] - 1.0))
 
 
+def test_an_oscillation_swells_and_sinks():
+    sine = {"amplitude": 0.2, "frequency_hz": 3.0, "phase_rad": 0.4}
+    swell = {"swell": 0.7, "swell_hz": 0.3, "swell_rad": 1.0}
+    plain, out = (answer("periodic_disturbance", {**sine, **more}, voltage=0 * TIME) for more in ({}, swell))
+    assert np.allclose(out, plain * (1.0 + 0.7 * np.sin(2 * math.pi * 0.3 * TIME[1:] + 1.0)))
+
+
 def test_bursts_leave_the_sine_as_it_is_or_nothing():
     bursts = {"burst_period_s": 4.0, "burst_share": 0.25, "burst_start_s": -1.0}
     sine = {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}

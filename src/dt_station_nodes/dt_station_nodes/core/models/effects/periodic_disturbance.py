@@ -20,6 +20,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         middle = abs(into - 0.5 * p[8])
         away = min(middle, 1.0 - middle) - 0.5 * p[8]
         wave *= min(max(0.5 - away / _EDGE, 0.0), 1.0)
+    if p[13] != 0.0:
+        wave *= 1.0 + p[13] * math.sin(2.0 * math.pi * p[14] * (c[TIME] + c[SUBSTEP]) + p[15])
     if p[10] != 0.0:
         wave += p[10] * math.sin(2.0 * math.pi * p[11] * (c[TIME] + c[SUBSTEP]) + p[12])
     return value + p[0] * wave
@@ -61,6 +63,9 @@ EFFECT = Effect(
         Parameter("second_share", Quantity.RATIO, "amplitude of a second tone, of the first", 0.0, 1.5, (), 0.0, True),
         Parameter("second_hz", Quantity.FREQUENCY, "its frequency", 0.02, 24.0, (), 0.0, True),
         Parameter("second_rad", Quantity.ANGLE, "its phase at the start of the run", -7.0, 7.0, (), 0.0, True),
+        Parameter("swell", Quantity.RATIO, "share by which the oscillation swells and sinks", 0.0, 1.5, (), 0.0, True),
+        Parameter("swell_hz", Quantity.FREQUENCY, "how often it does", 0.02, 24.0, (), 0.0, True),
+        Parameter("swell_rad", Quantity.ANGLE, "its phase at the start of the run", -7.0, 7.0, (), 0.0, True),
     ),
     step=_step,
     check="Look for pump ripple, mains hum or a neighbouring machine at this frequency; log with the valve unpowered.",
