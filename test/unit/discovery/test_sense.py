@@ -86,3 +86,14 @@ def test_a_pressure_valve_works_about_a_voltage_and_a_cylinders_does_not(run: Ru
     for working, sense in ((1.0, True), (0.0, False)):
         assert sensible(as_it_is(pressure, "dead_zone", {**band, "working": working}), pressure) is sense
     assert not sensible(as_it_is(problem, "dead_zone", {**band, "working": 1.0}), problem)
+
+
+def test_a_second_tone_is_another_one_and_what_swells_does_so_again(problem: Problem) -> None:
+    tone = {"amplitude": 1e-3, "frequency_hz": 2.0, "phase_rad": 0.0}
+    per_run_hz = 1.0 / problem.length_s
+    for turns, sense in ((3.0, True), (0.5, False)):
+        second = {**tone, "second_share": 0.5, "second_hz": 2.0 + turns * per_run_hz}
+        swell = {**tone, "swell": 0.5, "swell_hz": turns * per_run_hz}
+        for parameters in (second, swell):
+            assert sensible(as_it_is(problem, "periodic_disturbance", parameters), problem) is sense
+    assert sensible(as_it_is(problem, "periodic_disturbance", tone), problem)

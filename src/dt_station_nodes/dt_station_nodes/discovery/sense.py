@@ -8,6 +8,7 @@ from .problem import Problem
 from .selection import Explanation
 
 MOST_DAMPED = 0.42
+FEWEST_TURNS = 1.5  # in a run, of what swells or by which two tones come apart: less is one tone that grows or fades
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
 WIDEST_LOOP = 0.95  # of the voltage
 QUICKEST_MODE = 0.39  # of the sampling frequency
@@ -24,6 +25,8 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
         return False
     if "dead_zone" in explanation.added and not _laps(explanation, problem):
         return False
+    if "periodic_disturbance" in explanation.added and not _regular(explanation, problem):
+        return False
     if "hysteresis" in explanation.added and not _passes(explanation, problem):
         return False
     if "resonance" in explanation.added and not _rings(explanation, problem.simulator.sample_time_s):
@@ -35,6 +38,14 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
     if "leakage" in explanation.added and problem.channel is Channel.PRESSURE and not _loses(explanation):
         return False
     return not ("asymmetric_gain" in explanation.added and _one_sided(explanation, problem))
+
+
+def _regular(explanation: Explanation, problem: Problem) -> bool:
+    """Whether an oscillation's second tone is another one, and its swelling comes again within the run."""
+    wave = next(e for e in explanation.fit.path.effects if e.name == "periodic_disturbance").parameters
+    apart_hz = abs(wave["second_hz"] - wave["frequency_hz"]) if wave["second_share"] != 0.0 else np.inf
+    swell_hz = wave["swell_hz"] if wave["swell"] != 0.0 else np.inf
+    return min(apart_hz, swell_hz) * problem.length_s >= FEWEST_TURNS
 
 
 def _passes(explanation: Explanation, problem: Problem) -> bool:
