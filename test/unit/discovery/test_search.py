@@ -102,7 +102,7 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
         ("asymmetric_gain", None, ("asymmetry", "centre_v", "through_zero")),
         ("hysteresis", None, ("half_width_v", "bouc_wen", "depth")),
         ("rate_limit", None, ("rate_v_per_s", "asymmetry")),
-        ("resonance", Attachment.OUTPUT, ("frequency_hz", "damping", "share", "beside", "beside_rate")),
+        ("resonance", Attachment.OUTPUT, ("frequency_hz", "damping", "beside", "beside_rate")),
         ("saturation", None, ("upper_v", "lower_v", "knee")),
     ]
     # A cylinder stands still at 0 V, a pressure valve works about any voltage.

@@ -56,7 +56,7 @@ class Candidate:
         return tuple(p.name for p in self.effect.parameters if not self._needs(p) and not (p.apart and elsewhere))
 
     def _needs(self, parameter: Parameter) -> bool:
-        return not parameter.optional or parameter.tried_first or (self.apart and parameter.apart)
+        return not parameter.optional or (parameter.apart if self.apart else parameter.tried_first)
 
 
 def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:

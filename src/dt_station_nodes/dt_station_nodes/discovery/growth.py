@@ -77,10 +77,11 @@ class Growth:
             self._learn(scan(self._bench, bases, MOST, self._finest), measure)
 
     def _foreign(self) -> bool:
-        """Whether a set with a form outside the vocabulary is far ahead of larger ones without: none will be named."""
+        """Whether a set with a form outside the vocabulary is far ahead of those without, which are larger or full."""
         measure = take_measure(self._bench, self._known)
         best = min((e for e in self._known if e.inside), key=measure.score)
-        others = [measure.score(e) for e in self._known if not e.inside and len(e.added) < len(best.added)]
+        most = len(best.added) - (len(best.added) < self._most_effects)
+        others = [measure.score(e) for e in self._known if not e.inside and len(e.added) <= most]
         return not measure.rough and min(others, default=np.inf) < measure.score(best) - FOREIGN
 
     def _exchange(self) -> None:
