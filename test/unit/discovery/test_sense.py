@@ -55,6 +55,8 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
         ("asymmetric_gain", {"asymmetry": 0.3, "centre_v": 0.1}, {"asymmetry": 0.3, "centre_v": 30.0}),
         ("asymmetric_gain", {"asymmetry": -0.7}, {"asymmetry": -0.7, "centre_v": 0.1}),
         ("cubic_stiffness", {"coefficient": 400.0, "linear": 0.1}, {"coefficient": 0.1, "linear": 3.0}),
+        ("overflow", {"limit": 0.01, "weir_s": 0.5}, {"limit": -0.05, "weir_s": 0.5}),
+        ("overflow", {"limit": 0.01}, {"limit": 0.01, "opening_s": 0.4}),
         (
             "cubic_stiffness",
             {"coefficient": 400.0, "linear": 3.0, "centre": -0.06},
