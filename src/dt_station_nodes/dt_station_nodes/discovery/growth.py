@@ -13,6 +13,7 @@ LIKELY = 10.0  # times what the best leaves: what leaves more is not what an eff
 MOST = 12  # candidates fitted of those glanced at,
 FINEST = 4  # and in their refined form too
 FOREIGN = 100.0  # twice the log-likelihood ratio by which it leads
+IDLE = 8.0  # twice the log-likelihood ratio that any further effect may gain by chance
 _ROUNDS = 2
 _ANEW = 20.0  # a set found so much better than when it was grown from is grown from again
 
@@ -86,8 +87,10 @@ class Growth:
 
     def _exchange(self) -> None:
         measure = take_measure(self._bench, self._known)
-        larger = [e for e in self._leaders(measure) if len(e.added) > 1]
-        if larger:
+        leaders = self._leaders(measure)
+        larger = [e for e in leaders if len(e.added) > 1]
+        # Beside an effect that does nothing, those in place of the other are the single ones, known already.
+        if larger and not (len(leaders[0].added) == 1 and _idle(larger[0], leaders[0], measure)):
             self._learn(exchange(self._bench, larger[0], MOST, self._finest), measure)
             self._known[:] = distinct(self._bench, self._known)
 
@@ -99,3 +102,8 @@ class Growth:
 
     def _learn(self, found: list[Explanation], measure: Measure) -> None:
         self._known += recurring(found, self._known, measure)
+
+
+def _idle(larger: Explanation, single: Explanation, measure: Measure) -> bool:
+    """Whether what a larger set adds to a single effect explains nothing."""
+    return set(single.added) <= set(larger.added) and max(measure.told(single, larger)) < IDLE
