@@ -53,7 +53,7 @@ def discover(
     progress: Progress | None = None,
     jobs: int | None = None,
 ) -> DiscoveryResult:
-    """Find what the model lacks on this run; `validation` is another run that no fit may see.
+    """Find what the model lacks on this run; no fit sees `validation`, another run, unless it alone shows a gap.
 
     The same inputs give the same answer, whatever `jobs`. Ctrl-C during the search ends it with what is known.
     Raises StationError where run or model cannot be examined.
@@ -83,7 +83,8 @@ def discover(
             problem = make_problem(short.run, spec, check.channel, same, check.frozen[short.rows])
             unseen = _unseen(validation, spec, check.channel, same)
             finding = examine(problem, path, same, progress, unseen, workers)
-            finding, note = found_there(finding, unseen, path, same, progress, workers)
+            # What is carried over to all samples is refitted to this run, which would not show it.
+            finding, note = found_there(finding, None if short.note else unseen, path, same, progress, workers)
             notes += [note] if note else []
             if short.note:
                 notes.append(short.note)
