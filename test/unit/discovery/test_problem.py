@@ -1,8 +1,10 @@
 """A channel as a fitting problem: what its residual says of starts, of runaway simulations and of a noisy load."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PlantModel
@@ -69,3 +71,10 @@ def test_modes_are_looked_for_up_to_what_the_samples_can_show():
     assert np.isclose(np.exp(as_usual), 20.0)
     assert np.isclose(np.exp(highest_hz(0.1 * STEP_S)), 200.0)
     assert np.exp(highest_hz(100.0 * STEP_S)) < 2.0
+
+
+@pytest.mark.parametrize(("turns", "excited"), [(0.0, True), (0.1, True), (0.4, False)])
+@pytest.mark.parametrize("known_hz", [3 * 0.37, 0.37 - 0.15, 0.37 + 0.15])
+def test_two_excitations_excite_at_their_harmonics_and_where_they_beat(known_hz: float, turns: float, excited: bool):
+    problem = replace(problem_of(station_run(), Channel.POSITION), excitations_hz=(0.37, 0.15))
+    assert problem.excited_at(known_hz + turns / problem.length_s, 0.2) is excited

@@ -263,6 +263,25 @@ def test_a_pump_limits_the_speed_and_winds_nothing_up():
     assert speed[turned + 1] < 1.0
 
 
+def test_a_pump_whose_demand_winds_up_goes_on_after_the_voltage_has_turned():
+    """Against x' = clip(v), T v' = k u - v in fine steps: v itself knows no limit."""
+    spec = ModelSpec(name="t", paths={Channel.POSITION: INTEGRATOR, Channel.PRESSURE: STATIC})
+    limits = {"upper_v": 2.0, "lower_v": -1.0, "winding_up": 1.0}
+    spec = spec.with_effect(Channel.POSITION, "saturation", limits, at=Attachment.STATE)
+    voltage = np.select([TIME < 3.0, TIME < 6.0], [6.0, -6.0], 0.5)
+    gain, lag, fine = 0.01 * 206.4 / 23.34, 1.0 / 23.34, 100
+    x, v, expected = 0.0, 0.0, []
+    for held in voltage:
+        expected.append(x)
+        for _ in range(fine):
+            v += TS / fine * (gain * held - v) / lag
+            x += TS / fine * np.clip(v, -1.0 * gain, 2.0 * gain)
+    out = PlantModel(spec, TS).simulate(voltage, voltage).position_m
+    assert np.abs(out - expected).max() < 0.01 * np.ptp(expected)
+    turned = int(np.flatnonzero(np.diff(voltage) != 0.0)[0]) + 1
+    assert out[turned + 1] - out[turned] > 1.5 * gain * TS
+
+
 def test_periodic_disturbance_is_a_sine_at_the_sample():
     out = answer("periodic_disturbance", {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}, voltage=0 * TIME)
     assert np.allclose(out, 0.2 * np.sin(2 * math.pi * 1.5 * TIME[1:] + 0.4))
