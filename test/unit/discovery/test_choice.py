@@ -15,7 +15,15 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
 from dt_station_nodes.discovery import Verdict, channel, choice
 from dt_station_nodes.discovery.channel import _decide
-from dt_station_nodes.discovery.choice import ENOUGH_TO_NAME, Measure, best_set, recurring
+from dt_station_nodes.discovery.choice import (
+    ENOUGH_TO_NAME,
+    LIKELIER,
+    UNSEEN,
+    Measure,
+    best_set,
+    enough,
+    recurring,
+)
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.settings import DiscoverySettings
@@ -53,6 +61,20 @@ def test_beside_a_large_effect_a_faint_one_is_named_where_it_takes_most_of_what_
     two = leaving(fitted, left, "delay", "rate_limit")
     best = best_set(null, [null, one, two], fitted[0])
     assert best.added == (("delay", "rate_limit") if both else ("delay",))
+
+
+@pytest.mark.parametrize(("widths", "gain"), [(3.0, UNSEEN * ENOUGH_TO_NAME), (8.0, ENOUGH_TO_NAME), (20.0, LIKELIER)])
+def test_where_a_refit_leaves_no_gap_a_name_has_to_gain_less_the_stranger_its_parameters(
+    fitted: tuple[Measure, Explanation], widths: float, gain: float
+) -> None:
+    measure, null = fitted
+    x = null.fit.fitted.x.copy()
+    x[0] = null.fit.hypothesis.terms[0].centre + widths * null.fit.hypothesis.terms[0].prior
+    refitted = replace(null, fit=replace(null.fit, fitted=replace(null.fit.fitted, x=x)))
+    assert enough(refitted, measure) == gain
+    # Where a gap is left, or the whole path is refitted anyway, parameters say nothing.
+    assert enough(replace(refitted, powers=(1e6,)), measure) == ENOUGH_TO_NAME
+    assert enough(refitted, replace(measure, rough=True)) >= ENOUGH_TO_NAME
 
 
 def test_what_is_missed_is_a_share_of_the_signal(fitted: tuple[Measure, Explanation]) -> None:

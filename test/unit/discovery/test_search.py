@@ -93,6 +93,15 @@ def test_a_spring_is_found_that_is_at_rest_far_from_where_the_run_goes() -> None
     assert found["centre"] == pytest.approx(0.0, abs=0.01)
 
 
+def test_the_two_ends_of_a_pistons_way_are_found() -> None:
+    ends = {"limit": 0.021, "lower_limit": -0.013, "standing": 1.0}
+    found = best_single(run_with("overflow", ends, 1.5 * np.sin(2.3 * np.arange(900) * 0.02)))
+    assert "overflow" in found
+    # An end that gives a little lies so much further in.
+    assert found["limit"] == pytest.approx(0.021, abs=1e-3)
+    assert found["lower_limit"] == pytest.approx(-0.013, abs=1e-3)
+
+
 def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert Candidate("friction") in library(Channel.POSITION)
     assert Candidate("friction") not in library(Channel.PRESSURE)
@@ -101,6 +110,7 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert [(c.name, c.at, c.required) for c in apart] == [
         ("asymmetric_gain", None, ("asymmetry", "centre_v", "through_zero")),
         ("hysteresis", None, ("half_width_v", "bouc_wen", "depth")),
+        ("overflow", None, ("limit", "lower_limit", "standing")),
         ("rate_limit", None, ("rate_v_per_s", "asymmetry")),
         ("resonance", Attachment.OUTPUT, ("frequency_hz", "damping", "beside", "beside_rate")),
         ("saturation", None, ("upper_v", "lower_v", "knee")),

@@ -1,7 +1,7 @@
 """The hypotheses: each effect of the library at each of its places, with the starts its fit begins from."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TypeVar
@@ -23,9 +23,11 @@ Freed = Mapping[str, tuple[str, ...]]
 
 # Play belongs to a linkage; in a pressure valve it could only be another word for hysteresis.
 _NO_PLAY = ("backlash", Channel.PRESSURE)
-# A cylinder stands still at 0 V: its valve works about no other voltage.
-_ABOUT_ZERO = ("dead_zone", Channel.POSITION)
+# A cylinder stands still at 0 V: its valve works about no other voltage. A pressure has no two ends.
+_ONE_FORM = (("dead_zone", Channel.POSITION), ("overflow", Channel.PRESSURE))
 _MOST_PAIRS = 150
+_STOPS = ("limit", "lower_limit", "standing")
+_INWARDS = (0.02, 0.1, 0.25)  # of the run's way
 _FINE_STARTS = 16
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
 _FAR = 0.5
@@ -33,11 +35,15 @@ _FAR = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """An effect at a place (None: its usual one), in its plain form or in one `apart` from it."""
+    """An effect at a place (None: its usual one), in its plain form or in one `apart` from it.
+
+    `first`: before the effects that the given model has, not behind them.
+    """
 
     name: str
     at: Attachment | None = None
     apart: bool = False
+    first: bool = False
 
     @property
     def effect(self) -> Effect:
@@ -65,7 +71,7 @@ def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
     for name, effect in registry().items():
         if channel in effect.channels and (name, channel) != _NO_PLAY:
             found += [Candidate(name, at) for at in (None, *effect.places(channel)[1:])]
-            formed = apart and (name, channel) != _ABOUT_ZERO and any(_by_itself(p) for p in effect.parameters)
+            formed = apart and (name, channel) not in _ONE_FORM and any(_by_itself(p) for p in effect.parameters)
             found += [Candidate(name, effect.apart_at, apart=True)] * formed
     return tuple(found)
 
@@ -99,9 +105,22 @@ def grid(
         return [0.0, *kinks_v(problem, path, residual)] if bent else flattest_v(problem, path, residual, 2)
     if candidate.apart and name == "working":
         return [1.0]
+    if candidate.name == "overflow" and name in _STOPS:
+        return _stop_starts(problem, path, parameter, unit)
     if fine and parameter.grain > 0.0 and not problem.rough:
         return list(unit * np.geomspace(min(parameter.starts), 1.5 * max(parameter.starts), _FINE_STARTS))
     return [start * unit for start in parameter.starts]
+
+
+def _stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
+    """Where a piston's stops begin: about the highest and the lowest place of the run, which it seldom goes beyond."""
+    if not problem.windows.anchored:
+        return [parameter.neutral] if parameter.name == "standing" else [start * unit for start in parameter.starts]
+    if parameter.name == "standing":
+        return list(parameter.starts)
+    low, high = (float(end(problem.measured)) - path.rest for end in (np.min, np.max))
+    inwards = (high - low) * np.array(_INWARDS)
+    return list(high - inwards if parameter.name == "limit" else low + inwards)
 
 
 def _spring_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
@@ -121,7 +140,14 @@ def add_effect(path: PathSpec, candidate: Candidate, parameters: Mapping[str, fl
     kept = tuple(effect for effect in path.effects if effect.name != candidate.name)
     complete = candidate.effect.complete(dict(parameters))
     new = EffectSpec.model_construct(name=candidate.name, at=candidate.at, parameters=complete)
-    return path.model_copy(update={"effects": (*kept, new)})
+    return path.model_copy(update={"effects": (new, *kept) if candidate.first else (*kept, new)})
+
+
+def as_it_stands(path: PathSpec, name: str, added: Sequence[str]) -> Candidate:
+    """The candidate that an effect `added` to a path is, at its place and on its side of the path's own effects."""
+    spec = next(effect for effect in path.effects if effect.name == name)
+    behind = path.effects[path.effects.index(spec) :]
+    return Candidate(name, spec.at, first=any(effect.name not in added for effect in behind))
 
 
 def hypothesis(problem: Problem, path: PathSpec, nominal: tuple[Term, ...], freed: Freed) -> Hypothesis:
@@ -143,14 +169,14 @@ def plain_starts(
 
 
 def pair_starts(
-    problem: Problem, path: PathSpec, candidate: Candidate, residual: Array, like: Hypothesis
+    problem: Problem, path: PathSpec, former: str, candidate: Candidate, residual: Array, like: Hypothesis
 ) -> list[Array]:
-    """Starts of a path's last but one effect together with a candidate, as if neither had been fitted.
+    """Starts of the effect that a path has been given together with a candidate, as if neither had been fitted.
 
     Alone the former had to do the work of both. The nominal parameters begin from their centres; `like` is the
     hypothesis to start.
     """
-    old = next(effect for effect in reversed(path.effects) if effect.name != candidate.name)
+    old = next(effect for effect in path.effects if effect.name == former)
     bare = path.model_copy(
         update={"effects": tuple(e for e in path.effects if e.name not in (old.name, candidate.name))}
     )

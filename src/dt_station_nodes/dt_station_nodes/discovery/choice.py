@@ -19,6 +19,7 @@ ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
 UNSEEN = 1.4  # times as much where nominal parameters far off leave no gap that shows,
 UNHEARD_OF = 5.0  # widths of its prior by which one is off: more than models are
+ABSURD, LIKELIER = 12.0, 6.0  # the same, a gain off by a third: any effect that spares it by so much is likelier
 TOGETHER = 3.0  # times as much for a pair of which neither earns its name alone
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
 WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
@@ -108,17 +109,24 @@ def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> E
         if not tier:
             break
         leader = next((e for e in sorted(tier, key=measure.score) if _stands(best, e, measure)), None)
-        plain = measure.seen(null) or null.fit.furthest > UNHEARD_OF
-        enough = ENOUGH_TO_NAME * (1.0 if plain else UNSEEN)
+        gain = enough(null, measure)
         if size > 1:
             # A set none of whose parts is worth a word alone has chosen among very many.
-            enough = ROUGH_ENOUGH if measure.rough else enough * (1.0 if best.added else TOGETHER)
-        earned = leader is not None and measure.score(best) - measure.score(leader) >= enough
+            gain = ROUGH_ENOUGH if measure.rough else gain * (1.0 if best.added else TOGETHER)
+        earned = leader is not None and measure.score(best) - measure.score(leader) >= gain
         if leader is not None and earned and (not best.added or _adds(best, leader, null, measure)):
             best = leader
         elif best.added:
             break
     return best
+
+
+def enough(null: Explanation, measure: Measure) -> float:
+    """What a name has to gain over the null: more where refitted parameters leave no gap, unless they are absurd."""
+    seen, furthest = measure.seen(null), null.fit.furthest
+    if furthest > ABSURD and not (seen or measure.rough):
+        return LIKELIER
+    return ENOUGH_TO_NAME * (1.0 if seen or furthest > UNHEARD_OF else UNSEEN)
 
 
 def _stands(best: Explanation, leader: Explanation, measure: Measure) -> bool:

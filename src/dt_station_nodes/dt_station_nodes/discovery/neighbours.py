@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from ..core.models import PathSpec
-from .candidates import Candidate, Freed, hypothesis
+from .candidates import Freed, as_it_stands, hypothesis
 from .hypothesis_fit import fit_hypothesis
 from .refinements import refined_starts, refinements
 from .search import scan
@@ -45,8 +45,10 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
                 continue
             tasks.append(_Bare(bare, bare.freed, [bare.fit.path]))
             for spec in bare.fit.path.effects:
-                candidate = Candidate(spec.name, spec.at)
-                if spec.name not in bare.added or not candidate.optional:
+                if spec.name not in bare.added:
+                    continue
+                candidate = as_it_stands(bare.fit.path, spec.name, bare.added)
+                if not candidate.optional:
                     continue
                 forms = refinements(bench.problem, bare.fit.path, candidate, bare.fit.residual, timed=not bench.rough)
                 free = dict.fromkeys((*candidate.required, *forms.names, *bare.freed.get(spec.name, ())))

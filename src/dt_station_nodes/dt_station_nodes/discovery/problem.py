@@ -228,7 +228,7 @@ def effect_term(problem: Problem, index: int, parameter: Parameter, at: Attachme
     if parameter.quantity is Quantity.FREQUENCY:
         # However slow a path, its run shows what its samples can.
         upper = max(upper, parameter.upper * SAMPLE_S / problem.simulator.sample_time_s)
-    if logarithmic:
-        lower = max(lower, 1e-4 * upper)
+    if logarithmic and lower <= 0.0:
+        lower = 1e-4 * upper
     grain = min(parameter.grain, _ROUGH_GRAIN) if problem.rough else parameter.grain
     return Term(index, parameter.name, lower, upper, unit, logarithmic, grain=grain)

@@ -20,6 +20,7 @@ from .candidates import (
 from .hypothesis_fit import fit_hypothesis
 from .refinements import refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
+from .sequence import in_sequence
 from .start_groups import by_form, unbent
 from .terms import Hypothesis
 
@@ -74,11 +75,12 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     groups = [(starts if task.seen is None else [task.seen.fit.fitted.x], 2), (near, 2)]
     groups += [(apart, 1) for apart in by_form(like, starts)]
     if len(base.added) == 1:
-        groups.append((pair_starts(problem, base.fit.path, candidate, base.fit.residual, like), 2))
+        groups.append((pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like), 2))
     fits = [fit_hypothesis(problem, like, group, bench.iterations, keep) for group, keep in groups if group]
     fit = min(fits, key=lambda f: f.fitted.cost)
-    found = bench.explained(fit, task.added, {**task.freed, candidate.name: candidate.required}, glance=True)
-    return replace(task, seen=bench.judged(found))
+    freed = {**task.freed, candidate.name: candidate.required}
+    found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)
+    return replace(task, candidate=candidate, seen=bench.judged(found))
 
 
 def _refined(bench: Bench, task: _Task) -> _Task:

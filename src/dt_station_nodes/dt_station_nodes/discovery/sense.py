@@ -15,6 +15,7 @@ QUICKEST_MODE = 0.39  # of the sampling frequency
 REACHED = 0.02  # of the run: less beyond a kink does not show it
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
 MOST_KINKED = 0.54  # the same away from 0 V: what passes less than 0.3 beyond its kink is a limit
+HEARD = 3.0  # times the noise: a stop that is pressed against is not overrun
 OFTEN = 0.5  # of the run beyond a stop: what gives way so much is a leak
 WORKING = 0.5  # a valve that works about a voltage more than about 0 V
 MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
@@ -88,7 +89,7 @@ def _loses(explanation: Explanation) -> bool:
 def _stops(explanation: Explanation, problem: Problem) -> bool:
     """Whether an overflow is the stop of a piston: no relief valve that opens and shuts, and seldom overrun."""
     stop = next(e for e in explanation.fit.path.effects if e.name == "overflow").parameters
-    beyond = float(np.mean(problem.measured - explanation.fit.path.rest > stop["limit"]))
+    beyond = float(np.mean(problem.measured - explanation.fit.path.rest > stop["limit"] + HEARD * problem.noise))
     return stop["opening_s"] == 0.0 and stop["reseat"] == 0.0 and beyond <= OFTEN
 
 

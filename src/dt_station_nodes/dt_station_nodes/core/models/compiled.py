@@ -38,7 +38,9 @@ VELOCITY = 17  # Pa/s or m/s at the start of the sub-step, without voltage feed-
 OTHER_INPUT = 18  # V, the other path's voltage
 SETTLING_RATE = 19  # 1/s, of a static path: one over its mean lag; 0 for an integrating one
 SPEED_GAIN = 20  # m/s or Pa/s per volt in steady motion of an integrating path; 0 for a static one
-CONTEXT_SIZE = 21
+OUTPUT_GAIN = 21  # change of FREE_OUTPUT per volt
+LOAD_OUTPUT = 22  # Pa or m, the part of FREE_OUTPUT that the disturbance path makes
+CONTEXT_SIZE = 23
 
 
 def effect_step(function: Callable[..., float]) -> Any:

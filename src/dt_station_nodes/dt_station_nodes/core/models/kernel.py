@@ -20,10 +20,12 @@ from .compiled import (
     INJECTION_GAIN,
     INLET_RATE,
     LOAD,
+    LOAD_OUTPUT,
     LOAD_VELOCITY,
     OTHER_INPUT,
     OUTLET_RATE,
     OUTPUT,
+    OUTPUT_GAIN,
     OUTPUT_REST,
     RAW_INPUT,
     REST,
@@ -113,6 +115,7 @@ def _constants(numbers: Doubles, context: Doubles) -> None:
     context[OUTLET_RATE], context[INLET_RATE] = numbers[DECAY], numbers[INLET_DECAY]
     context[STATIC_GAIN], context[SETTLING_RATE] = numbers[STATIC], numbers[SETTLING]
     context[OUTPUT_REST], context[SPEED_GAIN] = numbers[REST_OUTPUT], numbers[SPEED]
+    context[OUTPUT_GAIN] = numbers[GAIN_OUTPUT]
 
 
 @njit(cache=True, _nrt=False)
@@ -131,13 +134,13 @@ def _inside(
     context[STAGE] = 1.0
     context[OUTPUT] = _dot(c, x, n) + _dot(away_c, xd, m)
     context[VELOCITY_NOW] = _dot(velocity, x, n)
-    loaded = numbers[AWAY_DIRECT_VELOCITY] * load + _dot(away_velocity, xd_next, m)
-    context[LOAD_VELOCITY] = loaded
+    context[LOAD_VELOCITY] = numbers[AWAY_DIRECT_VELOCITY] * load + _dot(away_velocity, xd_next, m)
     b = doubles(numbers_at + 8 * places[B])
     e = doubles(numbers_at + 8 * places[E])
     _advance(doubles(numbers_at + 8 * places[A]), b, 0.0, x, n, x_next)
-    drift = _dot(c, x_next, n) + (numbers[AWAY_DIRECT] * load + _dot(away_c, xd_next, m))
-    drift_velocity = _dot(velocity, x_next, n) + loaded
+    context[LOAD_OUTPUT] = numbers[AWAY_DIRECT] * load + _dot(away_c, xd_next, m)
+    drift = _dot(c, x_next, n) + context[LOAD_OUTPUT]
+    drift_velocity = _dot(velocity, x_next, n) + context[LOAD_VELOCITY]
     for k in range(places[INPUT_END], places[STATE_END]):
         flow = context[INJECTION]
         context[FREE_OUTPUT] = drift + numbers[GAIN_OUTPUT] * u + numbers[GAIN_INJECTION] * flow
@@ -223,13 +226,10 @@ def run(
         context[half + SUBSTEP], context[half + REST] = h, rest
         _constants(doubles(path.ctypes.data), doubles(context.ctypes.data + 8 * half))
     for i in range(n):
-        outputs[i, 0] = state[1] + rest
-        outputs[i, 1] = state[2] + position[REST_OUTPUT]
-        context[OTHER_INPUT] = voltages[i, 1]
-        context[CONTEXT_SIZE + OTHER_INPUT] = voltages[i, 0]
+        outputs[i, 0], outputs[i, 1] = state[1] + rest, state[2] + position[REST_OUTPUT]
+        context[OTHER_INPUT], context[CONTEXT_SIZE + OTHER_INPUT] = voltages[i, 1], voltages[i, 0]
         for j in range(substeps):
-            context[TIME] = state[0] * timing[0] + j * h
-            context[CONTEXT_SIZE + TIME] = context[TIME]
+            context[TIME] = context[CONTEXT_SIZE + TIME] = state[0] * timing[0] + j * h
             before = state[1]
             if first_places[PRESENT]:
                 state[1] = _substep(first, first_places, memory, voltages[i, 0], before, first_context, now, then)

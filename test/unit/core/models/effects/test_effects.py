@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec, PathSpec, PlantModel
+from dt_station_nodes.core.models import DisturbanceSpec, ModelSpec, PathSpec, PlantModel
 from dt_station_nodes.core.models.effects import Attachment, Effect, registry
 
 TS = 0.02
@@ -99,6 +99,20 @@ def test_friction_holds_below_its_level_and_subtracts_above():
     assert np.diff(slide)[-1] / TS == pytest.approx(0.01 * 206.4 / 23.34 * 1.0, rel=1e-6)
 
 
+def test_friction_that_slips_creeps_below_its_level_by_its_own_curve():
+    speed_per_volt, level, slip = 0.01 * 206.4 / 23.34, 0.5, 0.004
+    for volts in (-0.3, 0.4, 1.5):
+        moved = answer("friction", {"coulomb_v": level, "slip_velocity": slip}, INTEGRATOR, np.full(200, volts))
+        velocity = np.diff(moved)[-1] / TS
+        assert velocity / speed_per_volt + level * math.tanh(velocity / slip) == pytest.approx(volts, rel=1e-3)
+
+
+def test_friction_that_hardly_slips_sticks():
+    sharp = answer("friction", {"coulomb_v": 0.5}, INTEGRATOR)
+    rounded = answer("friction", {"coulomb_v": 0.5, "slip_velocity": 1e-5}, INTEGRATOR)
+    assert 1e-7 < np.abs(rounded - sharp).max() < 2e-3 * np.ptp(sharp)
+
+
 def test_friction_only_takes_energy():
     voltage = np.where(TIME < 1.0, 2.0, 0.0)
     position = answer("friction", {"coulomb_v": 0.3}, INTEGRATOR, voltage)
@@ -137,6 +151,17 @@ def test_a_loop_of_limited_speed_is_its_lag_that_slews():
     assert np.abs(inside - expected[1:])[settled].max() < 0.01
     before = answer("rate_limit", {"rate_v_per_s": rate}, begin, square)
     assert np.abs(before - expected[1:])[settled].max() > 0.1
+
+
+def test_a_sag_that_bends_falls_with_the_square_root_of_the_output():
+    start_m, sag, bend = 0.1, 0.4, 5000.0
+    spec = ModelSpec(name="t", paths={Channel.POSITION: INTEGRATOR, Channel.PRESSURE: STATIC})
+    spec = spec.with_effect(Channel.POSITION, "leakage", {"coefficient": 0.0, "sag_per_s": sag, "sag_bend": bend})
+    model = PlantModel(spec, TS)
+    still = np.zeros(TIME.size)
+    out = model.simulate(still, still, state=model.initial_state(position_m=start_m)).position_m
+    expected = (np.sqrt(start_m) - 0.5 * sag / np.sqrt(bend) * TIME) ** 2
+    assert np.allclose(out[TIME < 5.0], expected[TIME < 5.0], rtol=0.03)
 
 
 def test_leakage_creeps_with_the_absolute_pressure():
@@ -356,6 +381,42 @@ def test_a_relief_valve_takes_time_to_open():
     assert at_once.max() + 0.02 < slow.max() < SWEEP.max()
     # What it has let off when it shuts again is still less for a while: it closes as slowly.
     assert (slow < SWEEP[:-1] - 1e-3)[SWEEP[:-1] < 1.45].any()
+
+
+def test_a_piston_goes_no_further_than_its_two_ends():
+    out = answer("overflow", {"limit": 0.05, "lower_limit": -0.02}, INTEGRATOR)
+    assert out.max() == pytest.approx(0.05)
+    assert out.min() == pytest.approx(-0.02)
+
+
+def test_a_piston_that_stands_at_its_end_leaves_it_sooner():
+    voltage = np.where(TIME < 5.0, 1.0, -1.0)
+    running, standing = (answer("overflow", {"limit": 0.1, "standing": s}, INTEGRATOR, voltage) for s in (0.0, 1.0))
+    assert standing.max() == pytest.approx(0.1)
+    # A drive that runs on takes ln 2 of its time constant to turn.
+    ahead = float(running[-1] - standing[-1]) / (0.01 * 206.4 / 23.34)
+    assert ahead == pytest.approx(math.log(2.0) / 23.34, rel=0.02)
+
+
+def test_an_end_that_gives_is_pressed_in_by_the_voltage():
+    pressed = answer("overflow", {"limit": 0.1, "standing": 1.0, "stiffness": 500.0}, INTEGRATOR, np.full(500, 2.0))
+    assert pressed[-1] == pytest.approx(0.1 + 2.0 / 500.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"), [("overflow", {"limit": 0.03}), ("cubic_stiffness", {"coefficient": 4e4})]
+)
+def test_what_does_not_hold_the_load_leaves_it_its_way(name, parameters):
+    away = DisturbanceSpec(numerator=[1.0], denominator=[0.3, 1.0], input_scale=1e-6)
+    path = INTEGRATOR.model_copy(update={"disturbance": away})
+    load = 1e6 + 1e6 * np.sin(TIME)
+    beside = answer(name, {**parameters, "load_share": 0.0}, path, load=load)
+    alone = answer(name, parameters, INTEGRATOR)
+    moved = answer(None, {}, path, load=load) - answer(None, {}, INTEGRATOR)
+    assert np.ptp(moved) > 0.005
+    # A spring is told where the load is at a sub-step's end and where the piston is at its start.
+    assert np.allclose(beside, alone + moved, atol=2e-5)
+    assert np.abs(answer(name, parameters, path, load=load) - beside).max() > 0.002
 
 
 def test_overflow_stops_at_the_limit_and_leaves_it_at_once():

@@ -2,13 +2,13 @@
 
 import math
 
-from ..compiled import OUTPUT, Doubles, effect_step
+from ..compiled import LOAD_OUTPUT, OUTPUT, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    y = c[OUTPUT] - p[1]
+    y = c[OUTPUT] - (1.0 - p[4]) * c[LOAD_OUTPUT] - p[1]
     pressed = math.copysign(max(abs(y) - p[2], 0.0), y)
     return value - (p[3] + p[0] * pressed * pressed) * pressed
 
@@ -45,6 +45,17 @@ EFFECT = Effect(
             1.0,
             (0.0, 0.1),
             optional=True,
+        ),
+        Parameter(
+            "load_share",
+            Quantity.RATIO,
+            "1: it pulls back what the load moves too, 0: only what the valve moves",
+            0.0,
+            1.0,
+            (0.0,),
+            neutral=1.0,
+            optional=True,
+            usual=(0.0,),
         ),
     ),
     step=_step,

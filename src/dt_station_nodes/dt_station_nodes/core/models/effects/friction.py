@@ -2,15 +2,30 @@
 
 import math
 
+from numba import njit
+
 from ...channels import Channel
 from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, SUBSTEP, VELOCITY_GAIN, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
+@njit(cache=True)
+def _slipping(velocity: float, pull: float, slip: float) -> float:
+    """Velocity v with v + pull tanh(v / slip) = velocity: Newton from rest, which a concave curve never overshoots."""
+    found = 0.0
+    for _ in range(12):
+        bent = math.tanh(found / slip)
+        change = (abs(velocity) - found - pull * bent) / (1.0 + pull / slip * (1.0 - bent * bent))
+        found += change
+        if change < 1e-6 * slip:
+            break
+    return math.copysign(found, velocity)
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     coulomb, static_excess, stribeck_velocity, asymmetry = p[0], p[1], p[2], p[3]
-    load_share, presliding = p[4], p[5]
+    load_share, presliding, slip = p[4], p[5], p[6]
     gain = c[VELOCITY_GAIN]
     if gain == 0.0:
         return value
@@ -32,6 +47,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         speed = 2.0 * q / (b + root) if b > 0.0 else (root - b) / (2.0 * h)
         s[0] = (z + h * sign * speed) / (1.0 + h * speed / presliding)
         return value - level * s[0] / presliding
+    if slip > 0.0:
+        return value - level * math.tanh(_slipping(velocity, gain * level, slip) / slip)
     # Implicit: exactly the force that would stop the piston within the sub-step, up to the friction level.
     needed = velocity / gain
     return value - min(max(needed, -level), level)
@@ -81,6 +98,15 @@ EFFECT = Effect(
             0.0,
             0.1,
             (0.0, 0.003),
+            optional=True,
+        ),
+        Parameter(
+            "slip_velocity",
+            Quantity.VELOCITY,
+            "velocity at which the contact slips: below it creeps, where no bristles hold it; 0: it sticks",
+            0.0,
+            0.5,
+            (0.03,),
             optional=True,
         ),
     ),

@@ -19,7 +19,7 @@ from .effect import Attachment, Effect, Parameter, Quantity
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    coefficient, turbulence, base, sag, lag = p[0], p[1], p[2], p[3], p[4]
+    coefficient, turbulence, base, sag, lag, bend = p[0], p[1], p[2], p[3], p[4], p[5]
     pressure = c[LOAD] + c[REST] * (1.0 - base)
     laminar = pressure
     # The turbulent law is scaled to meet the laminar one at the rest pressure.
@@ -27,7 +27,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     flow = coefficient * ((1.0 - turbulence) * laminar + turbulence * turbulent)
     store = c[INJECTION_GAIN] != 0.0 or c[STATIC_GAIN] == 0.0
     if store:
-        flow += sag * c[OUTPUT]
+        flow += sag * c[OUTPUT] / math.sqrt(1.0 + bend * abs(c[OUTPUT]))
     if lag > 1e-6:
         h = c[SUBSTEP]
         gap = flow - s[0]
@@ -75,7 +75,7 @@ EFFECT = Effect(
             Quantity.RATE,
             "rate at which the output sags back to its rest under its own load",
             0.0,
-            2.0,
+            5.0,
             (0.0, 0.05, 0.3),
             optional=True,
             acts_alone=True,
@@ -88,6 +88,15 @@ EFFECT = Effect(
             0.0,
             0.5,
             (0.0, 0.04),
+            optional=True,
+        ),
+        Parameter(
+            "sag_bend",
+            Quantity.PER_OUTPUT,
+            "how soon the sag's flow is turbulent: above one over this it grows with the square root of the output",
+            0.0,
+            100.0,
+            (30.0,),
             optional=True,
         ),
     ),

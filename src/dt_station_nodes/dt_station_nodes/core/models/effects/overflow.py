@@ -6,15 +6,21 @@ from numba import njit
 
 from ..compiled import (
     FREE_OUTPUT,
+    FREE_VELOCITY,
     INJECTION,
     INJECTION_GAIN,
     INLET_RATE,
+    LOAD_OUTPUT,
+    LOAD_VELOCITY,
     OUTLET_RATE,
     OUTPUT,
+    OUTPUT_GAIN,
+    SPEED_GAIN,
     STAGE,
     STATIC_GAIN,
     SUBSTEP,
     VELOCITY,
+    VELOCITY_GAIN,
     Doubles,
     effect_step,
 )
@@ -45,9 +51,32 @@ def _relieved(p: Doubles, s: Doubles, value: float, step_s: float) -> float:
     return value - s[1]
 
 
+@njit(cache=True)
+def _kept(p: Doubles, value: float, c: Doubles) -> float:
+    """Inject what keeps the output between its limits; the voltage, less what brings a piston to a stand there."""
+    # What is not held by the stops goes on beside them; a stop that gives does so by what presses on it.
+    beside, give = 1.0 - p[12], value / p[11]
+    limit, lower_limit = p[0] + max(give, 0.0), p[9] + min(give, 0.0)
+    output = c[FREE_OUTPUT] + c[INJECTION_GAIN] * c[INJECTION] - beside * c[LOAD_OUTPUT]
+    velocity = c[FREE_VELOCITY] - beside * c[LOAD_VELOCITY]
+    if c[SPEED_GAIN] != 0.0 and ((output > limit and velocity > 0.0) or (output < lower_limit and velocity < 0.0)):
+        braked = p[10] * velocity / c[VELOCITY_GAIN]
+        value -= braked
+        output -= c[OUTPUT_GAIN] * braked
+    if output > limit:
+        over = (output - limit) / c[INJECTION_GAIN]
+        if p[4] > 0.0:
+            # A weir: what stands above the rim runs off in time, never more than there is.
+            over = min(over, (output - limit) / p[4] * ((output - limit) / abs(limit)) ** (p[5] - 1.0))
+        c[INJECTION] -= over
+    elif output < lower_limit:
+        c[INJECTION] += (lower_limit - output) / c[INJECTION_GAIN]
+    return value
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    limit, inlet_limit, spill = p[0], p[2], p[3]
+    inlet_limit, spill = p[2], p[3]
     if c[STAGE] > 1.5:
         return _relieved(p, s, value, c[SUBSTEP])
     if c[INLET_RATE] > 0.0 and c[OUTLET_RATE] > 0.0:
@@ -59,13 +88,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         # That store must end at its rim: it gets only the inflow that takes it there.
         value -= lost / c[STATIC_GAIN]
         c[INJECTION] += spill * lost * c[OUTLET_RATE]
-    excess = c[FREE_OUTPUT] + c[INJECTION_GAIN] * c[INJECTION] - limit
-    if excess > 0.0 and c[INJECTION_GAIN] > 0.0:
-        over = excess / c[INJECTION_GAIN]
-        if p[4] > 0.0:
-            # A weir: what stands above the rim runs off in time, never more than there is.
-            over = min(over, excess / p[4] * (excess / abs(limit)) ** (p[5] - 1.0))
-        c[INJECTION] -= over
+    if c[INJECTION_GAIN] > 0.0:
+        value = _kept(p, value, c)
     return value
 
 
@@ -150,6 +174,50 @@ EFFECT = Effect(
             0.5,
             (0.1,),
             optional=True,
+        ),
+        Parameter(
+            "lower_limit",
+            Quantity.OUTPUT,
+            "lowest level above rest, where a piston's way has two ends; inside the path only",
+            -3.0,
+            2.0,
+            (-1.0, -0.85, -0.6),
+            neutral=-1e12,
+            optional=True,
+            apart=True,
+        ),
+        Parameter(
+            "standing",
+            Quantity.RATIO,
+            "1: a piston stands still at its end, 0: what drives it runs on; inside an integrating path only",
+            0.0,
+            1.0,
+            (0.0, 1.0),
+            optional=True,
+            tried_first=True,
+            apart=True,
+            usual=(1.0,),
+        ),
+        Parameter(
+            "stiffness",
+            Quantity.INPUT_PER_OUTPUT,
+            "voltage that presses an end in by so much; inside the path only",
+            5.0,
+            1000.0,
+            (40.0,),
+            neutral=1e12,
+            optional=True,
+        ),
+        Parameter(
+            "load_share",
+            Quantity.RATIO,
+            "1: the limits hold what the load moves too, 0: only what the valve moves; inside the path only",
+            0.0,
+            1.0,
+            (0.0,),
+            neutral=1.0,
+            optional=True,
+            usual=(0.0,),
         ),
     ),
     step=_step,

@@ -81,7 +81,7 @@ EFFECT = Effect(
             "rate_v_per_s",
             Quantity.INPUT_RATE,
             "highest rate of change",
-            0.0,
+            2e-5,
             3.0,
             tuple(round(0.0015 * 1.42**k, 5) for k in range(20)),
             neutral=1e9,

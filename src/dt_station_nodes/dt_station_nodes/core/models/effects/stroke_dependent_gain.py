@@ -1,5 +1,6 @@
 """Stroke-dependent gain: how strongly the voltage acts depends on where the output stands."""
 
+from ...channels import Channel
 from ..compiled import OUTPUT, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
@@ -24,5 +25,6 @@ EFFECT = Effect(
     step=_step,
     check="Repeat one small step at several places along the stroke; look at trapped volumes and the linkage's lever.",
     source="polynomial in the stroke; chamber volumes: Merritt (1967), 6.2",
+    channels=(Channel.POSITION,),
     vocabulary=False,
 )

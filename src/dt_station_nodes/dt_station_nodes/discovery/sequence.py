@@ -1,0 +1,47 @@
+"""Which comes first on the voltage's way: an effect that is added, or those that the given model has."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.models import PathSpec
+from ..core.models.effects import Attachment
+from .candidates import Candidate, hypothesis
+from .hypothesis_fit import fit_hypothesis
+from .selection import Bench, Explanation
+
+Array = NDArray[np.float64]
+
+_TRACE = 0.1  # times the working sigma: what the sequence changes by less is no difference
+
+
+def in_sequence(bench: Bench, found: Explanation, candidate: Candidate) -> tuple[Explanation, Candidate]:
+    """A glance at a candidate's fit and the candidate: before the given model's effects where the runs say so.
+
+    A valve that rings or is off its null is still shut at 0 V; a limit of the card is not felt by what follows it.
+    """
+    effects = found.fit.path.effects
+    place = next(i for i, effect in enumerate(effects) if effect.name == candidate.name)
+    given = any(effect.name not in found.added for effect in effects[:place])
+    if not given or (candidate.at or candidate.effect.attachment) is not Attachment.INPUT:
+        return found, candidate
+    others = (*effects[:place], *effects[place + 1 :])
+    path = found.fit.path.model_copy(update={"effects": (effects[place], *others)})
+    if not _differ(bench, found.fit.path, path):
+        return found, candidate
+    begin = hypothesis(bench.problem, path, bench.nominal, found.freed)
+    fit = fit_hypothesis(bench.problem, begin, iterations=bench.iterations)
+    ahead = bench.explained(fit, found.added, found.freed, glance=True)
+    floors = bench.floors(ahead)
+    better = bench.misfit(ahead, floors) < bench.misfit(found, floors)
+    return (ahead, replace(candidate, first=True)) if better else (found, candidate)
+
+
+def _differ(bench: Bench, one: PathSpec, other: PathSpec) -> bool:
+    """Whether two paths differ by more than a trace on either run."""
+    for problem in bench.problems:
+        change = problem.residual(one) - problem.residual(other)
+        if float(np.sqrt(np.mean(np.square(change)))) > _TRACE * problem.sigma:
+            return True
+    return False
