@@ -41,8 +41,8 @@ DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
 LEFT_NOISE = 0.2  # and of the noise power
 NOT_WHITE = 4.0  # times the squared autocorrelation of white noise
-MOST_SINGLE = 16
-FINEST_SINGLE = 16
+MOST_SINGLE = 18
+FINEST_SINGLE = 18
 MOST_WHOLE = 6
 
 
