@@ -1,6 +1,7 @@
 """Refinements that the data do not hold go; those they need stay."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -52,3 +53,20 @@ def test_refinements_that_the_run_does_not_hold_go(name: str, start: dict[str, f
     assert parameters[gone] == 0.0
     assert parameters[kept] != 0.0
     assert measure.score(simple) < measure.score(full)
+
+
+def test_refinements_that_undo_each_other_go_together() -> None:
+    leak = Case((("leakage", "position", 1.0),), "sine", seed=3, seconds=24.0)
+    problem, check = (
+        make_problem(make(case), PAPER, Channel.POSITION, DiscoverySettings())
+        for case in (leak, replace(leak, shape="square", seed=13))
+    )
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal), check)
+    candidate = Candidate("leakage")
+    start = {"coefficient": 1e-9, "base": 0.9, "sag_per_s": 0.1, "sag_bend": 100.0, "lag_s": 0.04}
+    freed = {"leakage": candidate.required + candidate.optional}
+    begin = hypothesis(problem, add_effect(path, candidate, start), bench.nominal, freed)
+    full = bench.explained(fit_hypothesis(problem, begin, iterations=15), ("leakage",), freed)
+    (simple,) = simplified(bench, [full], take_measure(bench, [full]))
+    assert simple.freed["leakage"] == ("coefficient",)

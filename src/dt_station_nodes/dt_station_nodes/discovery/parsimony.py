@@ -50,12 +50,32 @@ def _doubtful(explanation: Explanation, measure: Measure) -> list[tuple[int, str
     return [(effect, name, value) for _, effect, name, value in sorted(found)]
 
 
+def _plain(explanation: Explanation, doubtful: list[tuple[int, str, float]]) -> list[list[tuple[int, str, float]]]:
+    """All doubtful refinements of an effect at once, each at its nearest plain value; where it has several."""
+    found = []
+    for effect, spec in enumerate(explanation.fit.path.effects):
+        nearest: dict[str, float] = {}
+        for _, name, value in (one for one in doubtful if one[0] == effect):
+            here = spec.parameters[name]
+            if name not in nearest or abs(value - here) < abs(nearest[name] - here):
+                nearest[name] = value
+        if len(nearest) > 1:
+            found.append([(effect, name, value) for name, value in nearest.items()])
+    return found
+
+
 def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explanation | None:
-    """The explanation without one refinement, if that scores better; None where each is worth its place."""
-    for effect, name, value in _doubtful(explanation, measure):
-        path = _set(explanation.fit.path, effect, name, value)
-        own = path.effects[effect].name
-        freed = {**explanation.freed, own: tuple(p for p in explanation.freed.get(own, ()) if p != name)}
+    """The explanation without an effect's refinements, or one of them, if that scores better; else None.
+
+    Refinements that undo each other cannot be left out one by one.
+    """
+    doubtful = _doubtful(explanation, measure)
+    for less in [*_plain(explanation, doubtful), *([one] for one in doubtful)]:
+        path = explanation.fit.path
+        for effect, name, value in less:
+            path = _set(path, effect, name, value)
+        own, names = path.effects[less[0][0]].name, {name for _, name, _ in less}
+        freed = {**explanation.freed, own: tuple(p for p in explanation.freed.get(own, ()) if p not in names)}
         fit = fit_hypothesis(bench.problem, hypothesis(bench.problem, path, bench.nominal, freed), iterations=10)
         found = bench.judged(bench.explained(fit, explanation.added, freed))
         if measure.score(found) < measure.score(explanation) + _SAME:
