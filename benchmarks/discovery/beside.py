@@ -11,7 +11,7 @@ words of our vocabulary. The name they give is the column that moves the acceler
 import importlib
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -39,6 +39,7 @@ EFFECTS = (
 )  # fmt: skip
 NONE = "nothing"
 SILENT = "does not know"
+REST_PA = 1e6
 SMOOTHING = 15  # samples of the filter that differentiates
 KEPT = 0.02  # of the acceleration: a column that moves less is not counted
 
@@ -130,7 +131,7 @@ def by_lasso(run: Run) -> Answer:
 
 
 def by_discovery(run: Run) -> Answer:
-    """Ours, on the position path of the paper's linear model."""
+    """Ours, on the position path of the paper's linear model, which the load moves by what it is above rest."""
     path = {
         "numerator": [206.4],
         "denominator": [1, 23.34, 0],
@@ -138,7 +139,8 @@ def by_discovery(run: Run) -> Answer:
         "disturbance": {"numerator": [64.72, -16.45], "denominator": [1, 76.54, 2009, 0]},
     }
     spec = ModelSpec.model_validate({"name": "paper", "paths": {Channel.POSITION: path}})
-    result = discover(run, spec, settings=DiscoverySettings(jobs=2))
+    above = {**run.signals, "pressure_pa": run.signals["pressure_pa"] - REST_PA}
+    result = discover(replace(run, signals=above), spec, settings=DiscoverySettings(jobs=2))
     names = [effect.name for effect in result.effects if effect.name != "parameter_mismatch"]
     if result.verdict is Verdict.UNEXPLAINED:
         return SILENT, 0
