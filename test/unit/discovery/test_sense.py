@@ -51,6 +51,11 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
         ("hysteresis", {"half_width_v": 0.3}, {"half_width_v": 40.0}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 4.0, "damping": 0.45}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 23.0, "damping": 0.1}),
+        (
+            "resonance",
+            {"frequency_hz": 4.0, "damping": 0.1, "share": 0.1},
+            {"frequency_hz": 4.0, "damping": 0.4, "share": 0.2, "riding": 0.4},
+        ),
         ("asymmetric_gain", {"asymmetry": -0.3}, {"asymmetry": -0.9}),
         ("asymmetric_gain", {"asymmetry": 0.3, "centre_v": 0.1}, {"asymmetry": 0.3, "centre_v": 30.0}),
         ("asymmetric_gain", {"asymmetry": -0.7}, {"asymmetry": -0.7, "centre_v": 0.1}),

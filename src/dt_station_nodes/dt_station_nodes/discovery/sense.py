@@ -8,6 +8,8 @@ from .problem import Problem
 from .selection import Explanation
 
 MOST_DAMPED = 0.42
+RINGING = 0.25  # damping up to which a mode rings however little it carries;
+LEAST_PEAK = 0.75  # one of more has to carry so much at its frequency, of what the path lets pass
 FEWEST_TURNS = 1.5  # in a run, of what swells or by which two tones come apart: less is one tone that grows or fades
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
 WIDEST_LOOP = 0.95  # of the voltage
@@ -57,9 +59,14 @@ def _passes(explanation: Explanation, problem: Problem) -> bool:
 
 
 def _rings(explanation: Explanation, sample_time_s: float) -> bool:
-    """Whether a mode rings: a damped one is a lag under another name, one too quick is what the samples leave out."""
+    """Whether a mode rings: a damped one is a lag under another name, one too quick is what the samples leave out.
+
+    One that rings little and carries little of the voltage only moves the path's own poles.
+    """
     mode = next(e for e in explanation.fit.path.effects if e.name == "resonance").parameters
-    return mode["damping"] <= MOST_DAMPED and mode["frequency_hz"] * sample_time_s < QUICKEST_MODE
+    damping = mode["damping"]
+    heard = damping <= RINGING or float(np.hypot(mode["share"], mode["riding"])) >= LEAST_PEAK * 2.0 * damping
+    return heard and damping <= MOST_DAMPED and mode["frequency_hz"] * sample_time_s < QUICKEST_MODE
 
 
 def _one_sided(explanation: Explanation, problem: Problem) -> bool:
