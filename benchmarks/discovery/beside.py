@@ -28,6 +28,7 @@ from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
 from .cases import Case, make
 from .examine import run_of
 from .library import POSITION
+from .plant import REST_MPA
 
 Array = NDArray[np.float64]
 Answer = tuple[str, int]  # the name given ("" for none), terms kept beyond the linear ones
@@ -39,7 +40,6 @@ EFFECTS = (
 )  # fmt: skip
 NONE = "nothing"
 SILENT = "does not know"
-REST_PA = 1e6
 SMOOTHING = 15  # samples of the filter that differentiates
 KEPT = 0.02  # of the acceleration: a column that moves less is not counted
 
@@ -139,7 +139,7 @@ def by_discovery(run: Run) -> Answer:
         "disturbance": {"numerator": [64.72, -16.45], "denominator": [1, 76.54, 2009, 0]},
     }
     spec = ModelSpec.model_validate({"name": "paper", "paths": {Channel.POSITION: path}})
-    above = {**run.signals, "pressure_pa": run.signals["pressure_pa"] - REST_PA}
+    above = {**run.signals, "pressure_pa": run.signals["pressure_pa"] - 1e6 * REST_MPA}
     result = discover(replace(run, signals=above), spec, settings=DiscoverySettings(jobs=2))
     names = [effect.name for effect in result.effects if effect.name != "parameter_mismatch"]
     if result.verdict is Verdict.UNEXPLAINED:

@@ -93,6 +93,14 @@ def test_a_spring_is_found_that_is_at_rest_far_from_where_the_run_goes() -> None
     assert found["centre"] == pytest.approx(0.0, abs=0.01)
 
 
+def test_a_valve_far_slower_than_its_voltage_jumps_is_found() -> None:
+    rate_v_per_s = 0.03
+    voltage = 1.5 * np.sign(np.sin(2.3 * np.arange(900) * 0.02))
+    found = best_single(run_with("rate_limit", {"rate_v_per_s": rate_v_per_s}, voltage))
+    assert "rate_limit" in found
+    assert found["rate_v_per_s"] == pytest.approx(rate_v_per_s, rel=0.1)
+
+
 def test_the_two_ends_of_a_pistons_way_are_found() -> None:
     ends = {"limit": 0.021, "lower_limit": -0.013, "standing": 1.0}
     found = best_single(run_with("overflow", ends, 1.5 * np.sin(2.3 * np.arange(900) * 0.02)))

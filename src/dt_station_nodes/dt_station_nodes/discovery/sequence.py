@@ -3,15 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from ..core.models.effects import Attachment
 from .candidates import Candidate, hypothesis
 from .hypothesis_fit import fit_hypothesis
 from .selection import Bench, Explanation
-
-Array = NDArray[np.float64]
 
 _TRACE = 0.1  # times the working sigma: what the sequence changes by less is no difference
 
