@@ -1,8 +1,10 @@
 """Sets of effects grown from single ones."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -62,7 +64,9 @@ def test_what_has_been_grown_is_not_grown_again(
     bench, null, found = singles
     bases: list[Explanation] = []
 
-    def fruitless(_bench: Bench, chosen: list[Explanation], _most: int, _finest: int) -> list[Explanation]:
+    def fruitless(
+        _bench: Bench, chosen: list[Explanation], _most: int, _finest: int, _reached: float
+    ) -> list[Explanation]:
         bases.extend(chosen)
         return []
 
@@ -70,3 +74,28 @@ def test_what_has_been_grown_is_not_grown_again(
     Growth(bench, null, list(found), 3).run()
     assert bases
     assert len({id(base) for base in bases}) == len(bases)
+
+
+def test_two_effects_that_miss_much_of_the_signal_are_not_given_a_third(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Random steps of its own that no effect of the library makes: two names leave most of them."""
+    run = make(Case((("dead_zone", "position", 1.0),), seconds=24.0))
+    walk = np.cumsum(np.random.default_rng(5).choice([-1.0, 1.0], len(run)) * (np.arange(len(run)) % 40 == 0))
+    measured = run.signals[Channel.POSITION.signal] + 0.01 * walk
+    run = replace(run, signals={**run.signals, Channel.POSITION.signal: measured})
+    problem = make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    null = fit_null(bench, path)
+    known = [null, *scan(bench, [null], 4, 0)]
+    sizes: list[int] = []
+
+    def counted(bench: Bench, bases: list[Explanation], _most: int, _finest: int, reached: float) -> list[Explanation]:
+        sizes.extend(len(base.added) for base in bases)
+        return scan(bench, bases, 2, 0, reached)
+
+    monkeypatch.setattr(growth, "scan", counted)
+    Growth(bench, null, known, 3).run()
+    measure = take_measure(bench, known)
+    pair = min((e for e in known if e.inside and len(e.added) == 2), key=measure.score)
+    assert measure.missed(pair) > growth.MISSES
+    assert set(sizes) == {1}

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .choice import SEEN, Measure, alternatives, best_set, certain, recurring, take_measure
-from .growth import MOST, Growth
+from .growth import MISSES, MOST, Growth
 from .noise import effective_samples, whiteness
 from .parsimony import simplified
 from .problem import Problem
@@ -27,7 +27,6 @@ ENOUGH_TO_REFIT = 12.0
 WORTH_NULL = 0.02  # of the noise power: a white gap smaller than this is not looked into
 NULL_WHITE = 1.8
 MOSTLY = 0.5  # of the gap, or of how far parameters are off: what leaves more of it is not what is missing
-MISSES = 0.12  # of the signal, RMS: what misses more of it has not been understood
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
 ROUGH_FORM = 0.01  # of the signal: a linear path refitted as a whole that misses less has nothing to explain
 ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise

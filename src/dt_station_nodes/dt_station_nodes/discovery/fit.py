@@ -11,6 +11,8 @@ Residual = Callable[[Array], Array]
 
 # Of the largest part that a parameter has in the residual.
 _NOTHING = 1e-12
+# Iterations that a descent has before its pace is judged.
+_WARM_UP = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,11 +78,13 @@ def least_squares(
     iterations: int = 12,
     tolerance: float = 1e-4,
     slopes: Array | None = None,
+    rival: float = np.inf,
 ) -> Fitted:
     """Minimise |fun(x)|^2 within bounds from `start`; `steps` (p,) are the finite differences' lengths.
 
-    Ends when an iteration lowers the cost by less than `tolerance` of it. Parameters at a bound that the
-    gradient pushes outwards are held for the iteration. `slopes` (m, p), where given, is the Jacobian for all of them.
+    Ends when an iteration lowers the cost by less than `tolerance` of it, or where going on at the better pace of the
+    last two would not get below the cost of a `rival`. Parameters at a bound that the gradient pushes outwards are
+    held for the iteration. `slopes` (m, p), where given, is the Jacobian for all of them.
     """
     x = np.clip(start, lower, upper)
     r = _finite(fun(x))
@@ -88,7 +92,8 @@ def least_squares(
     spent = 1
     damping = 1e-3
     jacobian = np.zeros((len(r), len(x)))
-    for _ in range(iterations):
+    pace = 1.0
+    for iteration in range(1, iterations + 1):
         if slopes is None:
             jacobian = finite_differences(fun, x, r, steps, lower, upper)
             spent += len(x)
@@ -114,5 +119,8 @@ def least_squares(
                 break
             damping *= 8.0
         if before - cost <= tolerance * before:
+            break
+        former, pace = pace, cost / before
+        if iteration >= _WARM_UP and cost * min(former, pace) ** (iterations - iteration) > rival:
             break
     return Fitted(x, r, jacobian, cost, spent)

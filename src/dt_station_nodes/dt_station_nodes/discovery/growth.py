@@ -12,6 +12,7 @@ BEAM = 3
 LIKELY = 10.0  # times what the best leaves: what leaves more is not what an effect is added to
 MOST = 12  # candidates fitted of those glanced at,
 FINEST = 4  # and in their refined form too
+MISSES = 0.12  # of the signal, RMS: what misses more of it has not been understood
 FOREIGN = 100.0  # twice the log-likelihood ratio by which it leads
 IDLE = 8.0  # twice the log-likelihood ratio that any further effect may gain by chance
 _ROUNDS = 2
@@ -35,7 +36,9 @@ class Growth:
             if not leaders or (number and self._old(leaders[0], measure)):
                 break
             self._extend(1 if number else BEAM)
-            if self._foreign():
+            measure = take_measure(self._bench, self._known)
+            leaders = self._leaders(measure)
+            if self._foreign() or (max(len(e.added) for e in leaders) > 1 and self._lost(leaders, measure)):
                 break
             self._exchange()
             self._reduce()
@@ -72,10 +75,11 @@ class Growth:
             bases = [e for e in inside[: beam if size == 1 else 1] if measure.left(e) <= near or e is inside[0]]
             # What has been grown already would give the same again.
             bases = [e for e in bases if self._grown.get(tuple(sorted(e.added))) is not e]
+            bases = [e for e in bases if len(e.added) == 1 or not self._lost([e], measure)]
             if not bases:
                 break
             self._grown.update({tuple(sorted(e.added)): e for e in bases})
-            self._learn(scan(self._bench, bases, MOST, self._finest), measure)
+            self._learn(scan(self._bench, bases, MOST, self._finest, self._reached()), measure)
 
     def _foreign(self) -> bool:
         """Whether a set with a form outside the vocabulary is far ahead of those without, which are larger or full."""
@@ -85,13 +89,17 @@ class Growth:
         others = [measure.score(e) for e in self._known if not e.inside and len(e.added) <= most]
         return not measure.rough and min(others, default=np.inf) < measure.score(best) - FOREIGN
 
+    def _lost(self, explanations: list[Explanation], measure: Measure) -> bool:
+        """Whether all of them miss so much that what they call it would not be believed, nor a name more."""
+        return not measure.rough and min(measure.missed(e) for e in explanations) > MISSES
+
     def _exchange(self) -> None:
         measure = take_measure(self._bench, self._known)
         leaders = self._leaders(measure)
         larger = [e for e in leaders if len(e.added) > 1]
         # Beside an effect that does nothing, those in place of the other are the single ones, known already.
         if larger and not (len(leaders[0].added) == 1 and _idle(larger[0], leaders[0], measure)):
-            self._learn(exchange(self._bench, larger[0], MOST, self._finest), measure)
+            self._learn(exchange(self._bench, larger[0], MOST, self._finest, self._reached()), measure)
             self._known[:] = distinct(self._bench, self._known)
 
     def _reduce(self) -> None:
@@ -99,6 +107,9 @@ class Growth:
             measure = take_measure(self._bench, self._known)
             larger = [e for e in self._leaders(measure) if len(e.added) == size]
             self._known[:] = distinct(self._bench, [*self._known, *reduced(self._bench, larger[:BEAM])])
+
+    def _reached(self) -> float:
+        return min(e.fit.fitted.cost for e in self._known)
 
     def _learn(self, found: list[Explanation], measure: Measure) -> None:
         self._known += recurring(found, self._known, measure)

@@ -13,6 +13,17 @@ from .terms import Hypothesis
 
 Array = NDArray[np.float64]
 
+_CHANCE = 3.0  # standard deviations of a sum of squares of noise
+_NEARBY = 4.0  # priors of the nominal parameters, twice the log
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Group:
+    """Starts between which there is a way down, and how many of them to follow."""
+
+    starts: Sequence[Array]
+    keep: int
+
 
 @dataclass(frozen=True, slots=True)
 class Fit:
@@ -41,6 +52,12 @@ class Fit:
         return max((abs(float(x) - term.centre) / term.prior for term, x in terms if term.prior), default=0.0)
 
     @property
+    def full(self) -> bool:
+        """Whether it leaves what noise would, and the nominal parameters about where they were given."""
+        count = len(self.residual)
+        return self.penalty <= _NEARBY and self.rss <= count + _CHANCE * (2.0 * count) ** 0.5
+
+    @property
     def freedoms(self) -> int:
         """Free numbers."""
         return len(self.hypothesis.terms)
@@ -58,8 +75,12 @@ def fit_hypothesis(
     iterations: int = 10,
     keep: int = 2,
     mask: Array | None = None,
+    rival: float = np.inf,
 ) -> Fit:
-    """The best of the `keep` most promising starts, each refined; `mask` (n,) weighs samples for held-out blocks."""
+    """The best of the `keep` most promising starts, each refined; `mask` (n,) weighs samples for held-out blocks.
+
+    What will not get below the best before it, or below the cost of a `rival`, is given up.
+    """
     home = hypothesis.start()
     centres = np.array([term.centre for term in hypothesis.terms])
     widths = np.array([term.prior for term in hypothesis.terms])
@@ -86,7 +107,8 @@ def fit_hypothesis(
         candidates = [candidates[i] for i in apart[:keep]]
     best: Fitted | None = None
     for x in candidates:
-        found = least_squares(residuals, x, bounds[:, 0], bounds[:, 1], steps, iterations)
+        found = least_squares(residuals, x, bounds[:, 0], bounds[:, 1], steps, iterations, rival=rival)
+        rival = min(rival, found.cost)
         if best is None or found.cost < best.cost:
             best = found
     assert best is not None
@@ -94,3 +116,27 @@ def fit_hypothesis(
     residual = problem.residual(path)
     penalty = float(np.sum(_prior((best.x[held] - centres[held]) / widths[held]) ** 2))
     return Fit(hypothesis, path, best, residual, float(residual @ residual) / sigma**2, penalty)
+
+
+def fit_groups(
+    problem: Problem,
+    hypothesis: Hypothesis,
+    groups: Sequence[Group],
+    anew: Sequence[Group],
+    iterations: int,
+    rival: float = np.inf,
+) -> Fit:
+    """The best fit from groups of starts; empty ones are passed over.
+
+    Those `anew` are begun only where the others leave more than noise, or bend the nominal parameters.
+    """
+    best: Fit | None = None
+    for group in (*groups, *anew):
+        if not group.starts or (best is not None and best.full and group in anew):
+            continue
+        fit = fit_hypothesis(problem, hypothesis, group.starts, iterations, group.keep, rival=rival)
+        rival = min(rival, fit.fitted.cost)
+        if best is None or fit.fitted.cost < best.fitted.cost:
+            best = fit
+    assert best is not None
+    return best

@@ -64,6 +64,6 @@ def _fitted(bench: Bench, task: _Bare) -> Explanation:
     return bench.judged(bench.explained(fit, task.bare.added, task.freed))
 
 
-def exchange(bench: Bench, leader: Explanation, most: int, finest: int) -> list[Explanation]:
+def exchange(bench: Bench, leader: Explanation, most: int, finest: int, reached: float) -> list[Explanation]:
     """Every candidate in place of each of a set's effects: the order they were found in may have misled the search."""
-    return scan(bench, [_without(bench, leader, name) for name in leader.added], most, finest)
+    return scan(bench, [_without(bench, leader, name) for name in leader.added], most, finest, reached)

@@ -17,7 +17,7 @@ from .candidates import (
     pair_starts,
     plain_starts,
 )
-from .hypothesis_fit import fit_hypothesis
+from .hypothesis_fit import Group, fit_groups, fit_hypothesis
 from .refinements import refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
@@ -31,13 +31,16 @@ SETTLED = 2.0  # times the cost of the best: what misses the run by more is not 
 
 @dataclass(frozen=True, slots=True)
 class _Task:
-    """One more effect on a base; `seen` what a glance or the plain form found, `finer` refined forms."""
+    """One more effect on a base; `seen` what a glance or the plain form found, `finer` refined forms.
+
+    What will not get below the cost of a `rival` is not followed to its end; what costs more is not settled.
+    """
 
     base: Explanation
     candidate: Candidate
     seen: Explanation | None = None
     finer: tuple[Explanation, ...] = ()
-    worth_settling: float = np.inf
+    rival: float = np.inf
 
     @property
     def freed(self) -> Freed:
@@ -53,8 +56,7 @@ class _Task:
 def _glance(bench: Bench, task: _Task) -> _Task:
     """A few steps of the plain form: enough to see which candidates deserve the whole."""
     starts, near, like = _starts(bench, task)
-    fits = [fit_hypothesis(bench.problem, like, group, 3, 1) for group in (starts, near) if group]
-    fit = min(fits, key=lambda f: f.fitted.cost)
+    fit = fit_groups(bench.problem, like, [Group(starts, 1)], [Group(near, 1)], 3)
     return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True))
 
 
@@ -72,12 +74,13 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     """The plain form from several starts."""
     problem, base, candidate = bench.problem, task.base, task.candidate
     starts, near, like = _starts(bench, task)
-    groups = [(starts if task.seen is None else [task.seen.fit.fitted.x], 2), (near, 2)]
-    groups += [(apart, 1) for apart in by_form(like, starts)]
+    groups = [Group(starts if task.seen is None else [task.seen.fit.fitted.x], 2)]
+    groups += [Group(apart, 1) for apart in by_form(like, starts)]
+    anew = [Group(near, 2)]
     if len(base.added) == 1:
-        groups.append((pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like), 2))
-    fits = [fit_hypothesis(problem, like, group, bench.iterations, keep) for group, keep in groups if group]
-    fit = min(fits, key=lambda f: f.fitted.cost)
+        pairs = pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like)
+        anew.append(Group(pairs, 2))
+    fit = fit_groups(problem, like, groups, anew, bench.iterations, task.rival)
     freed = {**task.freed, candidate.name: candidate.required}
     found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)
     return replace(task, candidate=candidate, seen=bench.judged(found))
@@ -105,7 +108,8 @@ def _form(
     freed = {**task.freed, task.candidate.name: task.candidate.required + optional}
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
-    fit = fit_hypothesis(bench.problem, hypotheses[0], [*starts, *unbent(bench.nominal, starts)], iterations, keep)
+    starts += unbent(bench.nominal, starts)
+    fit = fit_hypothesis(bench.problem, hypotheses[0], starts, iterations, keep, rival=task.rival)
     return bench.explained(fit, task.added, freed, glance=True)
 
 
@@ -115,7 +119,7 @@ def _forms(task: _Task) -> tuple[Explanation, ...]:
 
 def _settled(bench: Bench, task: _Task) -> _Task:
     """The form that earns its parameters; what misses the run by far has nothing to settle on the other."""
-    forms = [bench.settled(form) if form.fit.fitted.cost <= task.worth_settling else form for form in _forms(task)]
+    forms = [bench.settled(form) if form.fit.fitted.cost <= task.rival else form for form in _forms(task)]
     if not forms:
         return task
     nearest = forms[-1]
@@ -149,6 +153,12 @@ def _known(bench: Bench, done: Sequence[_Task]) -> list[Explanation]:
     return [task.seen for task in done if task.seen is not None and (task.seen.held or not bench.rough)]
 
 
+def _against(tasks: Sequence[_Task]) -> list[_Task]:
+    """Tasks to be held against the best of them."""
+    limit = SETTLED * min((form.fit.fitted.cost for task in tasks for form in _forms(task)), default=np.inf)
+    return [replace(task, rival=min(limit, task.rival)) for task in tasks]
+
+
 def _cost(task: _Task) -> float:
     return np.inf if task.seen is None else task.seen.fit.fitted.cost
 
@@ -161,19 +171,20 @@ def _best(tasks: Sequence[_Task], most: int) -> tuple[list[_Task], list[_Task]]:
     return [t for i, t in enumerate(tasks) if i in chosen], [t for i, t in enumerate(tasks) if i not in chosen]
 
 
-def scan(bench: Bench, bases: Iterable[Explanation], most: int, finest: int) -> list[Explanation]:
+def scan(
+    bench: Bench, bases: Iterable[Explanation], most: int, finest: int, reached: float = np.inf
+) -> list[Explanation]:
     """Candidates on each base, the best of each set of names, best first by cost.
 
-    All are glanced at, the best `most` of them fitted, the best `finest` of these in their refined form too.
+    All are glanced at, the best `most` of them fitted, the best `finest` of these in their refined form too;
+    `reached` is the cost of the best known before.
     """
     # Rough data have shallow minima: all that is fitted there is fitted refined, which a form apart would only disturb.
     pool = library(bench.problem.channel, apart=not bench.rough)
-    tasks = [_Task(base, c) for base in bases for c in pool if c.name not in base.added]
+    tasks = [_Task(base, c, rival=SETTLED * reached) for base in bases for c in pool if c.name not in base.added]
     chosen, _ = _best(_each(bench, _glance, tasks), most)
-    finer, others = _best(_each(bench, _plain, chosen), finest)
-    fitted = [*_each(bench, _refined, finer), *others]
-    limit = SETTLED * min((form.fit.fitted.cost for t in fitted for form in _forms(t)), default=0.0)
-    fitted = _each(bench, _settled, [replace(task, worth_settling=limit) for task in fitted])
+    finer, others = _best(_against(_each(bench, _plain, chosen)), finest)
+    fitted = _each(bench, _settled, _against([*_each(bench, _refined, finer), *others]))
     found = [task.seen for task in fitted if task.seen is not None]
     return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
 
@@ -194,7 +205,8 @@ def scan_whole(bench: Bench, bases: Iterable[Explanation], most: int) -> list[Ex
     pool = [c for c in library(bench.problem.channel, apart=False) if c.optional]
     tasks = [_Task(base, c) for base in bases for c in pool if c.name not in base.added]
     chosen, _ = _best(_each(bench, partial(_whole, iterations=3, keep=1), tasks), most)
-    fitted = _each(bench, _settled, _each(bench, partial(_whole, iterations=bench.iterations, keep=3), chosen))
+    whole = _each(bench, partial(_whole, iterations=bench.iterations, keep=3), _against(chosen))
+    fitted = _each(bench, _settled, whole)
     found = [task.seen for task in fitted if task.seen is not None]
     return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
 

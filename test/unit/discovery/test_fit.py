@@ -1,0 +1,37 @@
+"""The least-squares descent."""
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from dt_station_nodes.discovery.fit import Fitted, least_squares
+
+Array = NDArray[np.float64]
+BOUNDS = np.array([-5.0, -5.0]), np.array([5.0, 5.0])
+
+
+def valley(x: Array) -> Array:
+    """Rosenbrock's, and a floor of 1 that no point gets below."""
+    return np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0], 1.0])
+
+
+def descend(rival: float = np.inf, iterations: int = 40) -> Fitted:
+    return least_squares(
+        valley, np.array([-1.9, 2.0]), *BOUNDS, np.array([1e-6, 1e-6]), iterations, tolerance=1e-9, rival=rival
+    )
+
+
+def test_the_bottom_of_a_bent_valley_is_found() -> None:
+    assert descend().x == pytest.approx([1.0, 1.0], abs=1e-4)
+
+
+def test_a_descent_that_cannot_catch_up_is_given_up() -> None:
+    whole, short = descend(), descend(rival=0.5)
+    assert short.evaluations < whole.evaluations
+    assert short.cost > 0.5
+
+
+def test_a_rival_that_is_worse_changes_nothing() -> None:
+    whole, beside = descend(), descend(rival=1e3)
+    assert np.array_equal(whole.x, beside.x)
+    assert whole.evaluations == beside.evaluations

@@ -1,0 +1,45 @@
+"""A hypothesis fitted from groups of starts."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from cases import Case, make
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.discovery.hypothesis_fit import Group, fit_groups
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.settings import DiscoverySettings
+from dt_station_nodes.discovery.terms import Hypothesis, nominal_terms
+
+MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
+PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
+PATH = PAPER.paths[Channel.POSITION]
+
+
+def nominal(effects: tuple[tuple[str, str, float], ...]) -> tuple[Problem, Hypothesis]:
+    problem = make_problem(make(Case(effects, seconds=24.0)), PAPER, Channel.POSITION, DiscoverySettings())
+    return problem, Hypothesis(PATH, nominal_terms(PATH, problem.signal))
+
+
+def test_a_fit_as_good_as_noise_is_not_begun_anew() -> None:
+    problem, hypothesis = nominal(())
+    home = hypothesis.start()
+    # Were it begun, a start of the wrong length would not get through.
+    found = fit_groups(problem, hypothesis, [Group([home], 1)], [Group([np.zeros(1)], 1)], 6)
+    assert found.full
+    assert np.allclose(found.fitted.x, home, atol=0.02)
+
+
+def test_what_leaves_more_than_noise_is_begun_anew_and_the_best_is_kept() -> None:
+    problem, hypothesis = nominal((("dead_zone", "position", 1.0),))
+    home = hypothesis.start()
+    far = home + 1.0
+    found = fit_groups(problem, hypothesis, [Group([], 1), Group([far], 1)], [Group([home], 1)], 6)
+    alone = fit_groups(problem, hypothesis, [Group([home], 1)], [], 6)
+    assert not found.full
+    assert found.fitted.cost <= alone.fitted.cost * (1.0 + 1e-3)
