@@ -11,7 +11,7 @@ from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
-from dt_station_nodes.discovery.hypothesis_fit import Group, fit_groups
+from dt_station_nodes.discovery.hypothesis_fit import Group, fit_groups, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.terms import Hypothesis, nominal_terms
@@ -43,3 +43,13 @@ def test_what_leaves_more_than_noise_is_begun_anew_and_the_best_is_kept() -> Non
     alone = fit_groups(problem, hypothesis, [Group([home], 1)], [], 6)
     assert not found.full
     assert found.fitted.cost <= alone.fitted.cost * (1.0 + 1e-3)
+
+
+def test_the_best_starts_are_passed_over_where_they_have_been_followed() -> None:
+    problem, hypothesis = nominal(())
+    home = hypothesis.start()
+    starts = [home + 0.5, home, home + 0.2]
+    first = fit_hypothesis(problem, hypothesis, starts, iterations=0, keep=1)
+    second = fit_hypothesis(problem, hypothesis, starts, iterations=0, keep=1, passed=1)
+    assert np.array_equal(first.fitted.x, starts[1])
+    assert np.array_equal(second.fitted.x, starts[2])

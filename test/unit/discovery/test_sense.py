@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -87,12 +88,28 @@ def test_a_leak_loses_pressure(run: Run) -> None:
     assert not sensible(as_it_is(pressure, "leakage", {"coefficient": -0.1}), pressure)
 
 
+def test_a_leaking_piston_creeps_the_way_its_load_pushes(problem: Problem) -> None:
+    assert sensible(as_it_is(problem, "leakage", {"coefficient": 1e-9}), problem)
+    assert not sensible(as_it_is(problem, "leakage", {"coefficient": -1e-9}), problem)
+    assert sensible(as_it_is(problem, "leakage", {"coefficient": -1e-9, "sag_per_s": 0.1}), problem)
+
+
 def test_a_pressure_valve_works_about_a_voltage_and_a_cylinders_does_not(run: Run, problem: Problem) -> None:
     band = {"half_width_v": 0.2, "centre_v": 2.0}
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     for working, sense in ((1.0, True), (0.0, False)):
         assert sensible(as_it_is(pressure, "dead_zone", {**band, "working": working}), pressure) is sense
     assert not sensible(as_it_is(problem, "dead_zone", {**band, "working": 1.0}), problem)
+
+
+def test_what_bends_over_most_of_the_voltage_is_neither_a_kink_nor_a_band(run: Run) -> None:
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    middle = float(np.median(run.signals[Channel.PRESSURE.voltage_signal]))
+    kink = {"asymmetry": -0.05, "centre_v": middle}
+    band = {"half_width_v": 0.1, "centre_v": middle, "working": 1.0}
+    for rounding_v, sense in ((0.05, True), (2.0, False)):
+        assert sensible(as_it_is(pressure, "asymmetric_gain", {**kink, "rounding_v": rounding_v}), pressure) is sense
+        assert sensible(as_it_is(pressure, "dead_zone", {**band, "rounding_v": rounding_v}), pressure) is sense
 
 
 def test_a_second_tone_is_another_one_and_what_swells_does_so_again(problem: Problem) -> None:

@@ -19,10 +19,11 @@ _NEARBY = 4.0  # priors of the nominal parameters, twice the log
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Group:
-    """Starts between which there is a way down, and how many of them to follow."""
+    """Starts between which there is a way down, and how many of them to follow; `passed`: the best were followed."""
 
     starts: Sequence[Array]
     keep: int
+    passed: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,10 +77,12 @@ def fit_hypothesis(
     keep: int = 2,
     mask: Array | None = None,
     rival: float = np.inf,
+    passed: int = 0,
 ) -> Fit:
     """The best of the `keep` most promising starts, each refined; `mask` (n,) weighs samples for held-out blocks.
 
-    What will not get below the best before it, or below the cost of a `rival`, is given up.
+    The best `passed` of more starts than these are passed over. What will not get below the best before it, or below
+    the cost of a `rival`, is given up.
     """
     home = hypothesis.start()
     centres = np.array([term.centre for term in hypothesis.terms])
@@ -104,7 +107,7 @@ def fit_hypothesis(
         order = sorted(range(len(candidates)), key=lambda i: (costs[i], i))
         # Starts of one cost do the same, most often nothing: one of them is enough.
         apart = [i for n, i in enumerate(order) if n == 0 or costs[i] - costs[order[n - 1]] > 1e-9 * costs[i]]
-        candidates = [candidates[i] for i in apart[:keep]]
+        candidates = [candidates[i] for i in apart[passed : passed + keep] or apart[:1]]
     best: Fitted | None = None
     for x in candidates:
         found = least_squares(residuals, x, bounds[:, 0], bounds[:, 1], steps, iterations, rival=rival)
@@ -134,7 +137,9 @@ def fit_groups(
     for group in (*groups, *anew):
         if not group.starts or (best is not None and best.full and group in anew):
             continue
-        fit = fit_hypothesis(problem, hypothesis, group.starts, iterations, group.keep, rival=rival)
+        fit = fit_hypothesis(
+            problem, hypothesis, group.starts, iterations, group.keep, rival=rival, passed=group.passed
+        )
         rival = min(rival, fit.fitted.cost)
         if best is None or fit.fitted.cost < best.fitted.cost:
             best = fit

@@ -76,7 +76,7 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     starts, near, like = _starts(bench, task)
     groups = [Group(starts if task.seen is None else [task.seen.fit.fitted.x], 2)]
     groups += [Group(apart, 1) for apart in by_form(like, starts)]
-    anew = [Group(near, 2)]
+    anew = [Group(near, 2), Group(starts, 1, passed=1)]
     if len(base.added) == 1:
         pairs = pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like)
         anew.append(Group(pairs, 2))

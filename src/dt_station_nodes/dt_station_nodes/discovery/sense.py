@@ -17,6 +17,8 @@ QUICKEST_MODE = 0.39  # of the sampling frequency
 REACHED = 0.02  # of the run: less beyond a kink does not show it
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
 MOST_KINKED = 0.54  # the same away from 0 V: what passes less than 0.3 beyond its kink is a limit
+BLUNTEST_KINK = 0.3  # of the voltage, over which it is rounded: more is a curve that bends all along
+BLUNTEST_BAND = 4.0  # times the half-width of one about a working voltage, the same
 HEARD = 3.0  # times the noise: a stop that is pressed against is not overrun
 OFTEN = 0.5  # of the run beyond a stop: what gives way so much is a leak
 WORKING = 0.5  # a valve that works about a voltage more than about 0 V
@@ -39,7 +41,7 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
         return False
     if "overflow" in explanation.added and problem.windows.anchored and not _stops(explanation, problem):
         return False
-    if "leakage" in explanation.added and problem.channel is Channel.PRESSURE and not _loses(explanation):
+    if "leakage" in explanation.added and not _loses(explanation, problem.channel):
         return False
     return not ("asymmetric_gain" in explanation.added and _one_sided(explanation, problem))
 
@@ -70,10 +72,15 @@ def _rings(explanation: Explanation, sample_time_s: float) -> bool:
 
 
 def _one_sided(explanation: Explanation, problem: Problem) -> bool:
-    """Whether an asymmetric gain is a limit, passing next to nothing on one side, or a gain, its kink out of reach."""
+    """Whether an asymmetric gain is a limit, passing next to nothing on one side, or a gain, its kink out of reach.
+
+    Where its kink is no kink it is a curve, which limits and losses of pressure bend.
+    """
     gain = next(e for e in explanation.fit.path.effects if e.name == "asymmetric_gain").parameters
     if gain["centre_v"] == 0.0:
         return abs(gain["asymmetry"]) > MOST_ASYMMETRIC
+    if gain["rounding_v"] > BLUNTEST_KINK * problem.scales[Quantity.INPUT]:
+        return True
     below = float(np.mean(problem.simulator.voltage_v < gain["centre_v"]))
     return abs(gain["asymmetry"]) > MOST_KINKED or min(below, 1.0 - below) < REACHED
 
@@ -87,10 +94,16 @@ def _hardens(explanation: Explanation, problem: Problem) -> bool:
     return abs(spring["coefficient"]) * max(travel_squared, bent**2) > LEAST_CUBE * abs(spring["linear"])
 
 
-def _loses(explanation: Explanation) -> bool:
-    """Whether a leak lets the pressure fall: one that raises it is none."""
-    leak = next(e for e in explanation.fit.path.effects if e.name == "leakage").parameters
-    return leak["coefficient"] > 0.0
+def _loses(explanation: Explanation, channel: Channel) -> bool:
+    """Whether a leak lets the pressure fall, or a piston creep the way its load pushes it: what resists is none."""
+    path = explanation.fit.path
+    leak = next(e for e in path.effects if e.name == "leakage").parameters
+    if channel is Channel.PRESSURE:
+        return leak["coefficient"] > 0.0
+    if path.disturbance is None or leak["sag_per_s"] != 0.0:
+        return True
+    pushes = path.disturbance.gain * path.disturbance.numerator[-1]
+    return leak["coefficient"] * pushes <= 0.0
 
 
 def _stops(explanation: Explanation, problem: Problem) -> bool:
@@ -108,7 +121,7 @@ def _laps(explanation: Explanation, problem: Problem) -> bool:
     if band["leak"] > MOST_LEAKY and min(np.mean(voltage < low), np.mean(voltage > high)) < REACHED:
         return False
     if problem.channel is Channel.PRESSURE and band["working"] > WORKING:
-        return True
+        return band["rounding_v"] <= BLUNTEST_BAND * width
     return abs(band["centre_v"]) <= width + 2.0 * band["rounding_v"]
 
 

@@ -39,9 +39,10 @@ class PreparedPath:
 
 def substeps(spec: ModelSpec, sample_time_s: float) -> int:
     """Sub-steps a sample needs: one, unless an effect or the disturbance path moves within a sample."""
-    effects = [registry()[effect.name] for path in spec.paths.values() for effect in path.effects]
+    effects = [(registry()[effect.name], effect.at) for path in spec.paths.values() for effect in path.effects]
     coupled = any(path.disturbance is not None for path in spec.paths.values())
-    if not coupled and not any(effect.sub_stepped for effect in effects):
+    inside = any((at or effect.attachment) is Attachment.STATE for effect, at in effects)
+    if not (coupled or inside or any(effect.sub_stepped for effect, _ in effects)):
         return 1
     resolved = max((_feedback_rate(path) for path in spec.paths.values()), default=0.0) * sample_time_s / FINE_RAD
     return min(max(1, math.ceil(max(sample_time_s / LONGEST_SUBSTEP_S, resolved) - 1e-9)), MOST_SUBSTEPS)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import DisturbanceSpec, ModelSpec, PathSpec, PlantModel
@@ -64,6 +65,22 @@ def test_rounded_dead_zone_tends_to_the_sharp_one():
     sharp = answer("dead_zone", {"half_width_v": 0.5})
     rounded = answer("dead_zone", {"half_width_v": 0.5, "rounding_v": 0.01})
     assert 1e-4 < np.abs(rounded - sharp).max() < 0.01
+
+
+def test_a_lagging_spool_uncovers_its_ports_when_it_has_got_there():
+    """What an overlap inside the path lets through, integrated, is what the lagging voltage has beyond it."""
+    volts = np.where(np.sin(2.0 * math.pi * 0.8 * TIME) > 0.0, 0.5, -0.7)
+    spec = ModelSpec(name="t", paths={Channel.POSITION: INTEGRATOR, Channel.PRESSURE: STATIC})
+    band = {"half_width_v": 0.2, "centre_v": 0.05}
+    spec = spec.with_effect(Channel.POSITION, "dead_zone", band, at=Attachment.STATE)
+    found = PlantModel(spec, TS).simulate(0.0 * volts, volts).position_m
+    fine = 200
+    lagged = signal.lfilter(
+        [0.0, 1.0 - math.exp(-23.34 * TS / fine)], [1.0, -math.exp(-23.34 * TS / fine)], np.repeat(volts, fine)
+    )
+    beyond = np.sign(lagged - 0.05) * np.maximum(np.abs(lagged - 0.05) - 0.2, 0.0)
+    expected = 0.01 * 206.4 / 23.34 * np.concatenate([[0.0], np.cumsum(beyond)[fine - 1 : -1 : fine]]) * TS / fine
+    assert np.abs(found - expected).max() < 0.002 * np.ptp(expected)
 
 
 def test_saturation_clips():

@@ -32,7 +32,7 @@ EFFECT = Effect(
             Quantity.SIGNAL,
             "half the play, in volts where it sits on the input",
             0.0,
-            0.5,
+            1.0,
             (0.003, 0.01, 0.03, 0.1, 0.2),
         ),
         Parameter(

@@ -1,10 +1,14 @@
-"""Dead zone: the valve's overlap swallows small voltages."""
+"""Dead zone: the valve's overlap swallows small voltages.
+
+Inside a path it swallows what little flow they have made by then: a spool that lags uncovers its ports late.
+"""
 
 import math
 
 from numba import njit
 
-from ..compiled import Doubles, effect_step
+from ...channels import Channel
+from ..compiled import FREE_VELOCITY, INJECTION, LOAD_VELOCITY, SPEED_GAIN, STAGE, VELOCITY, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -22,10 +26,20 @@ def _beyond(x: float, half_width: float, rounding: float, restored: float) -> fl
     return math.copysign(excess + restored * half_width, x) if excess > 0.0 else 0.0
 
 
-@effect_step
-def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+@njit(cache=True)
+def _let_through(p: Doubles, value: float) -> float:
     leak = p[4]
     return leak * value + (1.0 - leak) * (p[5] * p[1] + _beyond(value - p[1], p[0], p[2], p[3]))
+
+
+@effect_step
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    if c[STAGE] < 0.5:
+        return _let_through(p, value)
+    if c[SPEED_GAIN] != 0.0:
+        opened = 0.5 * (c[VELOCITY] + c[FREE_VELOCITY] - c[LOAD_VELOCITY]) / c[SPEED_GAIN]
+        c[INJECTION] += c[SPEED_GAIN] * (_let_through(p, opened) - opened)
+    return value
 
 
 EFFECT = Effect(
@@ -90,5 +104,6 @@ EFFECT = Effect(
     step=_step,
     check="Sweep the voltage slowly through zero and read off where the flow starts in each direction.",
     source="Merritt, Hydraulic Control Systems (1967), 5.4: lapped spool",
+    also={Channel.POSITION: (Attachment.STATE,)},
     holds=True,
 )
