@@ -97,5 +97,5 @@ def test_two_effects_that_miss_much_of_the_signal_are_not_given_a_third(monkeypa
     Growth(bench, null, known, 3).run()
     measure = take_measure(bench, known)
     pair = min((e for e in known if e.inside and len(e.added) == 2), key=measure.score)
-    assert measure.missed(pair) > growth.MISSES
+    assert measure.gaps(pair)[0] > (growth.MISSES * problem.signal) ** 2
     assert set(sizes) == {1}

@@ -43,7 +43,7 @@ UNUSUAL = {
     ("extra_lag", "output"): 3.0,
     ("resonance", "output"): 3.0,
     # Friction is the commoner of what swallows motion rather than voltage.
-    ("dead_zone", "state"): 3.0,
+    ("dead_zone", "state"): 10.0,
     # A leak or a spring of a pressure valve bends its curve as its limits and its overlap do, which are commoner.
     ("leakage", "pressure"): 5.0,
     ("cubic_stiffness", "pressure"): 12.0,
