@@ -56,7 +56,7 @@ class _Task:
 def _glance(bench: Bench, task: _Task) -> _Task:
     """A few steps of the plain form: enough to see which candidates deserve the whole."""
     starts, near, like = _starts(bench, task)
-    fit = fit_groups(bench.problem, like, [Group(starts, 1)], [Group(near, 1)], 3)
+    fit = fit_groups(bench.problem, like, *_spared(task, [Group(starts, 1)], [Group(near, 1)]), 3)
     return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True))
 
 
@@ -70,6 +70,14 @@ def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypoth
     return starts, unbent(bench.nominal, starts), hypotheses[0]
 
 
+def _spared(task: _Task, groups: list[Group], anew: list[Group]) -> tuple[list[Group], list[Group]]:
+    """Groups to follow anyhow, and those that a further effect is spared where it leaves nothing but noise.
+
+    A single one is named with its numbers: the best of all its starts counts, however little the others leave.
+    """
+    return (groups, anew) if task.base.added else ([*groups, *anew], [])
+
+
 def _plain(bench: Bench, task: _Task) -> _Task:
     """The plain form from several starts."""
     problem, base, candidate = bench.problem, task.base, task.candidate
@@ -80,7 +88,7 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     if len(base.added) == 1:
         pairs = pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like)
         anew.append(Group(pairs, 2))
-    fit = fit_groups(problem, like, groups, anew, bench.iterations, task.rival)
+    fit = fit_groups(problem, like, *_spared(task, groups, anew), bench.iterations, task.rival)
     freed = {**task.freed, candidate.name: candidate.required}
     found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)
     return replace(task, candidate=candidate, seen=bench.judged(found))
