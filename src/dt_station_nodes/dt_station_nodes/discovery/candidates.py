@@ -28,6 +28,7 @@ _ONE_FORM = (("dead_zone", Channel.POSITION), ("overflow", Channel.PRESSURE))
 _MOST_PAIRS = 150
 _STOPS = ("limit", "lower_limit", "standing")
 _INWARDS = (0.02, 0.1, 0.25)  # of the run's way
+_HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only just meets
 _FINE_STARTS = 16
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
 _FAR = 0.5
@@ -113,14 +114,16 @@ def grid(
 
 
 def _stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
-    """Where a piston's stops begin: about the highest and the lowest place of the run, which it seldom goes beyond."""
+    """Where a piston's stops begin: out of reach, or about the ends of the run's way, which it seldom goes beyond."""
     if not problem.windows.anchored:
         return [parameter.neutral] if parameter.name == "standing" else [start * unit for start in parameter.starts]
     if parameter.name == "standing":
         return list(parameter.starts)
     low, high = (float(end(problem.measured)) - path.rest for end in (np.min, np.max))
-    inwards = (high - low) * np.array(_INWARDS)
-    return list(high - inwards if parameter.name == "limit" else low + inwards)
+    inwards = np.array([_HISS * problem.noise, *((high - low) * share for share in _INWARDS)])
+    if parameter.name == "limit":
+        return [parameter.upper * unit, *(high - inwards)]
+    return [parameter.lower * unit, *(low + inwards)]
 
 
 def _spring_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:

@@ -146,7 +146,7 @@ def _less_adrift(near: Problem, fit: Fit) -> Fit:
     hypothesis = Hypothesis(fit.path, fit.hypothesis.terms)
 
     def gaps(x: Array) -> tuple[Array, Array]:
-        simulated = near.simulator.simulate(hypothesis.path_at(x))
+        simulated = near.simulate(hypothesis.path_at(x))
         return near.compare(simulated), near.measured - simulated
 
     x = fit.fitted.x

@@ -35,7 +35,7 @@ def trace(problem: Problem, before: PathSpec, after: PathSpec, unit: str) -> Tra
     """Measured and simulated by both paths, in `unit`; simulated curves are lifted by their windows' offsets."""
     curves = []
     for path in (before, after):
-        simulated = problem.simulator.simulate(path)
+        simulated = problem.simulate(path)
         gap = np.nan_to_num(problem.measured - simulated)
         curves.append(np.asarray(simulated + gap - problem.windows.project(gap), dtype=np.float64))
     n = len(problem.measured)

@@ -11,5 +11,5 @@ STANDS = 2.0  # times what counts as nothing: RMS of what is left
 def stands(problem: Problem, path: PathSpec) -> bool:
     """Whether a path explains the samples left out because they repeat: free of noise, a loop makes some too."""
     left_out = problem.weights == 0.0
-    gap = problem.windows.project(problem.measured - problem.simulator.simulate(path))[left_out]
+    gap = problem.windows.project(problem.measured - problem.simulate(path))[left_out]
     return bool(np.sqrt(np.mean(np.square(gap))) < STANDS * problem.sigma)

@@ -48,6 +48,32 @@ def test_alone_a_path_does_what_it_does_in_the_whole_model(name, at):
     assert alone.simulate(path) == pytest.approx(made.position_m, rel=1e-9, abs=1e-9 * np.ptp(made.position_m))
 
 
+def stopping(limit):
+    overflow = EffectSpec(name="overflow", parameters={"limit": limit, "standing": 1.0})
+    return PAPER.paths[Channel.POSITION].model_copy(update={"effects": (overflow,)})
+
+
+def test_steps_back_to_where_a_path_was_measured_do_not_show_in_it():
+    servo, pressure = drive()
+    alone = PathSimulator(Channel.POSITION, SAMPLE_S, servo, pressure, 1e6, 0.0)
+    far = stopping(10.0)
+    free = alone.simulate(far)
+    drifting = free + np.linspace(0.0, 0.01, SAMPLES)
+    assert alone.simulate_beside(far, drifting) == pytest.approx(free, abs=1e-12)
+
+
+def test_a_piston_whose_place_is_misjudged_meets_its_stop_where_it_was_measured():
+    servo, pressure = drive()
+    piston = stopping(0.04)
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(SAMPLES)
+    true = PathSimulator(Channel.POSITION, SAMPLE_S, servo, pressure, 1e6, 0.0).simulate(piston)
+    off = PathSimulator(Channel.POSITION, SAMPLE_S, servo, pressure, 1e6, 0.005)
+    adrift, beside = off.simulate(piston), off.simulate_beside(piston, true + noise)
+    assert true.max() == pytest.approx(0.04)
+    assert np.std(adrift - true) > 1e-3
+    assert np.std(beside - true) < 5e-5
+
+
 def test_what_the_load_does_goes_with_the_disturbance_gain():
     servo, pressure = drive()
     path = PAPER.paths[Channel.POSITION]

@@ -3,7 +3,7 @@
 from .linear import coefficients
 from .plant import ModelInput, ModelOutput, ModelState, PlantModel, Simulation
 from .prepare import LONGEST_SUBSTEP_S
-from .single import PathSimulator
+from .single import PathSimulator, at_places
 from .spec import DisturbanceSpec, EffectSpec, ModelError, ModelSpec, Outlet, PathSpec, TransferFunction
 
 __all__ = [
@@ -21,5 +21,6 @@ __all__ = [
     "PlantModel",
     "Simulation",
     "TransferFunction",
+    "at_places",
     "coefficients",
 ]

@@ -211,9 +211,9 @@ def run(
 
     `timing`: sample time s, sub-steps a sample, 1 to interpolate the measured pressure within a sample (0: hold);
     `state`: sample count, output above rest of each path, then the paths' states; `voltages` (n, 2): load, servo;
-    `measured` (n,): pressure in Pa, or empty to drive the disturbance path with the simulated one; `outputs`
-    (n, 2): pressure, position in SI, each at its sample, before that sample's voltages act; `scratch` is as long as
-    `state`, `context` holds CONTEXT_SIZE numbers for each path.
+    `measured` (n,) or one more: pressure in Pa, or empty to drive the disturbance path with the simulated one;
+    `outputs` (n, 2): pressure, position in SI, each at its sample, before that sample's voltages act; `scratch` is as
+    long as `state`, `context` holds CONTEXT_SIZE numbers for each path.
     """
     substeps, n = int(timing[1]), voltages.shape[0]
     h = timing[0] / substeps
@@ -236,7 +236,7 @@ def run(
             if second_places[PRESENT]:
                 if measured.size > 0:
                     load = measured[i] - rest
-                    if timing[2] > 0.0 and i + 1 < n:
+                    if timing[2] > 0.0 and i + 1 < measured.size:
                         load += (measured[i + 1] - measured[i]) * ((j + 0.5) / substeps)
                 else:
                     # The mean over the sub-step: the simulated pressure moves while the position path integrates it.

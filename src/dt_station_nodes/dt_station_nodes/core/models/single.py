@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ..channels import Channel
 from . import kernel
+from .brought_back import run_brought_back
 from .compiled import CONTEXT_SIZE
 from .effects import Attachment, registry
 from .linear import LinearPath
@@ -31,6 +32,26 @@ def _absent(step_s: float, state_at: int, rest: float) -> PreparedPath:
 def _on_voltage(path: PathSpec) -> bool:
     """Whether all effects of a path act on its voltage, before anything that the load moves."""
     return all((effect.at or registry()[effect.name].attachment) is Attachment.INPUT for effect in path.effects)
+
+
+def at_places(path: PathSpec) -> bool:
+    """Whether a path integrates and effects inside it act at places of its output."""
+    inside = any(
+        registry()[effect.name].between and (effect.at or registry()[effect.name].attachment) is Attachment.STATE
+        for effect in path.effects
+    )
+    return inside and path.denominator[-1] == 0.0
+
+
+def _free(path: PathSpec, rest: float) -> Array:
+    """The places (SI), shape (2,), between which no effect of a path acts because of where its output is."""
+    low, high = -np.inf, np.inf
+    for effect in path.effects:
+        known = registry()[effect.name]
+        if known.between:
+            lower, upper = (known.complete(effect.parameters)[name] for name in known.between)
+            low, high = max(low, rest + lower), min(high, rest + upper)
+    return np.array([low, high])
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +91,14 @@ class PathSimulator:
             np.linalg.lstsq(np.array([linear.c, linear.velocity]), wanted, rcond=None)[0], dtype=np.float64
         )
 
+    def simulate_beside(self, path: PathSpec, measured: Array) -> Array:
+        """The same of an integrating path kept about where it was `measured` (n,), SI, steps back left out.
+
+        Where a piston meets its stops its place counts, which in open loop drifts.
+        """
+        spec = ModelSpec.model_construct(name="path", source="", paths={self.channel: path})
+        return self._simulate(path, substeps(spec, self.sample_time_s), measured)
+
     def simulate(self, path: PathSpec) -> Array:
         """Output of the path (SI), shape (n,), standing at `first` at the start."""
         spec = ModelSpec.model_construct(name="path", source="", paths={self.channel: path})
@@ -91,7 +120,7 @@ class PathSimulator:
             self._loads[key] = self._simulate(path.model_copy(update=silent), steps)
         return self._loads[key]
 
-    def _simulate(self, path: PathSpec, steps: int) -> Array:
+    def _simulate(self, path: PathSpec, steps: int, beside: Array | None = None) -> Array:
         step_s = self.sample_time_s / steps
         is_pressure = self.channel is Channel.PRESSURE
         pressure = prepare(path, step_s, _FIRST_STATE) if is_pressure else _absent(step_s, _FIRST_STATE, self.rest_pa)
@@ -108,24 +137,14 @@ class PathSimulator:
             state[own.state_at : own.state_at + states.size] = states
         load = self.load_pa if len(self.load_pa) else np.full(len(self.voltage_v), self.rest_pa)
         timing = np.array([self.sample_time_s, float(steps), 1.0])
-        scratch = np.empty_like(state)
+        column = 0 if is_pressure else 1
+        given = (pressure.numbers, pressure.places, position.numbers, position.places, timing, state)
 
-        def run(voltages: Array, measured: Array) -> Array:
+        def run(voltages: Array, load: Array) -> Array:
             outputs = np.empty_like(voltages)
-            kernel.run(
-                pressure.numbers,
-                pressure.places,
-                position.numbers,
-                position.places,
-                timing,
-                state,
-                voltages,
-                _NONE if is_pressure else measured,
-                np.zeros(2 * CONTEXT_SIZE),
-                scratch,
-                outputs,
-            )
-            return outputs[:, 0 if is_pressure else 1].copy()
+            felt = _NONE if is_pressure else load
+            kernel.run(*given, voltages, felt, np.zeros(2 * CONTEXT_SIZE), np.empty_like(state), outputs)
+            return outputs[:, column].copy()
 
         remembers = own.size > own.linear.b.size + int(own.places[kernel.AWAY_STATES])
         if remembers and self.first_velocity is None:
@@ -134,7 +153,15 @@ class PathSimulator:
             run(np.full((1, 2), self._holding(path)), load[:1])
             memory_at = own.state_at + own.linear.b.size + int(own.places[kernel.AWAY_STATES])
             state[:memory_at] = before[:memory_at]
-        return run(self._voltages, load)
+        if beside is None:
+            return run(self._voltages, load)
+        shift = np.zeros_like(state)
+        shift[1 + column] = 1.0
+        shift[own.state_at : own.state_at + own.linear.b.size] = standing(own, 1.0)
+        outputs = np.empty_like(self._voltages)
+        felt = _NONE if is_pressure else load
+        run_brought_back(*given, self._voltages, felt, outputs, beside, shift, _free(path, own.rest))
+        return outputs[:, column].copy()
 
     def _holding(self, path: PathSpec) -> float:
         """Voltage (V) at which the path stands at `first`."""

@@ -1,6 +1,7 @@
 """Each effect: nothing at its neutral value, its textbook fingerprint beyond."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -413,6 +414,16 @@ def test_a_piston_that_stands_at_its_end_leaves_it_sooner():
     # A drive that runs on takes ln 2 of its time constant to turn.
     ahead = float(running[-1] - standing[-1]) / (0.01 * 206.4 / 23.34)
     assert ahead == pytest.approx(math.log(2.0) / 23.34, rel=0.02)
+
+
+def test_where_a_piston_goes_on_from_its_end_moves_as_little_as_the_end():
+    voltage = 2.0 * np.sin(2.0 * np.pi * 0.8 * TIME)
+    travel = answer(None, {}, INTEGRATOR, voltage)
+    ends = travel.max() * np.linspace(0.6, 0.65, 60)
+    ways = [answer("overflow", {"limit": end, "standing": 1.0}, INTEGRATOR, voltage) for end in ends]
+    moved = max(float(np.abs(b - a).max()) for a, b in pairwise(ways))
+    # A stop that is met a sub-step later would leave a jump in where the piston goes on from it.
+    assert moved == pytest.approx(float(ends[1] - ends[0]), rel=1e-6)
 
 
 def test_an_end_that_gives_is_pressed_in_by_the_voltage():

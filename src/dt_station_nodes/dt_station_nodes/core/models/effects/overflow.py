@@ -56,21 +56,31 @@ def _kept(p: Doubles, value: float, c: Doubles) -> float:
     """Inject what keeps the output between its limits; the voltage, less what brings a piston to a stand there."""
     # What is not held by the stops goes on beside them; a stop that gives does so by what presses on it.
     beside, give = 1.0 - p[12], value / p[11]
-    limit, lower_limit = p[0] + max(give, 0.0), p[9] + min(give, 0.0)
     output = c[FREE_OUTPUT] + c[INJECTION_GAIN] * c[INJECTION] - beside * c[LOAD_OUTPUT]
     velocity = c[FREE_VELOCITY] - beside * c[LOAD_VELOCITY]
-    if c[SPEED_GAIN] != 0.0 and ((output > limit and velocity > 0.0) or (output < lower_limit and velocity < 0.0)):
-        braked = p[10] * velocity / c[VELOCITY_GAIN]
+    limit, lower_limit = p[0] + max(give, 0.0), p[9] + min(give, 0.0)
+    end = limit if output > limit else lower_limit
+    if lower_limit <= output <= limit:
+        return value
+    if c[SPEED_GAIN] != 0.0:
+        # Within the sub-step: how much of it is left where the piston meets its end, and how fast it leaves by then.
+        before = c[VELOCITY] + p[12] * c[LOAD_VELOCITY]
+        way = 0.5 * (before + velocity) * c[SUBSTEP]
+        left = min((output - end) / way, 1.0) if (output - end) * way > 0.0 else 1.0
+        met = velocity + left * (before - velocity)
+        decay = max(1.0 - c[VELOCITY_GAIN] / c[SPEED_GAIN], 0.0) ** left
+        after = velocity - met * decay if met * (output - end) > 0.0 else velocity
+        if after * (output - end) > 0.0:
+            after = 0.0
+        braked = p[10] * (velocity - after) / c[VELOCITY_GAIN]
         value -= braked
         output -= c[OUTPUT_GAIN] * braked
-    if output > limit:
-        over = (output - limit) / c[INJECTION_GAIN]
-        if p[4] > 0.0:
-            # A weir: what stands above the rim runs off in time, never more than there is.
-            over = min(over, (output - limit) / p[4] * ((output - limit) / abs(limit)) ** (p[5] - 1.0))
-        c[INJECTION] -= over
-    elif output < lower_limit:
-        c[INJECTION] += (lower_limit - output) / c[INJECTION_GAIN]
+        end += p[10] * 0.5 * after * left * c[SUBSTEP]
+    over = (output - end) / c[INJECTION_GAIN]
+    if over > 0.0 and p[4] > 0.0:
+        # A weir: what stands above the rim runs off in time, never more than there is.
+        over = min(over, (output - end) / p[4] * ((output - end) / abs(end)) ** (p[5] - 1.0))
+    c[INJECTION] -= over
     return value
 
 
@@ -225,5 +235,6 @@ EFFECT = Effect(
     check="See whether the output stands at one value while the input still rises; look for spill edges.",
     source="Schoukens & Noel, cascaded tanks benchmark (2016); reseating pressure: ISO 4126-1, safety valves",
     sub_stepped=True,
+    between=("lower_limit", "limit"),
     also=on_both(Attachment.OUTPUT),
 )

@@ -1,0 +1,65 @@
+"""An open-loop simulation in which an integrating path stays about where it was measured."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from .compiled import CONTEXT_SIZE
+from .kernel import Integers, run
+
+Array = NDArray[np.float64]
+
+# Samples between two steps back, and the least share of what a sample says of the place that is believed:
+# noise leaves a tenth of itself, drift is followed within a second of 50 Hz.
+_BLOCK, _SHARE = 5, 0.02
+
+
+@njit(cache=True, nogil=True)
+def run_brought_back(
+    pressure: Array,
+    pressure_places: Integers,
+    position: Array,
+    position_places: Integers,
+    timing: Array,
+    state: Array,
+    voltages: Array,
+    load: Array,
+    outputs: Array,
+    measured: Array,
+    shift: Array,
+    free: Array,
+) -> None:
+    """As the kernel's `run`, in blocks, each begun where the path was `measured` (n,), SI, as far as noise lets tell.
+
+    `shift` is what the state changes by where the path stands 1 further. Where it is not between the places `free` (2,)
+    (SI), what holds it there says where it is: it is left alone, and what was known of its place before is forgotten.
+    The steps back are left out of `outputs`, so that only effects that act at places of the output can tell.
+    """
+    context, scratch = np.zeros(2 * CONTEXT_SIZE), np.empty_like(state)
+    column, away, told = 0 if shift[1] != 0.0 else 1, 0.0, 0
+    for begin in range(0, len(measured), _BLOCK):
+        end = min(begin + _BLOCK, len(measured))
+        run(
+            pressure,
+            pressure_places,
+            position,
+            position_places,
+            timing,
+            state,
+            voltages[begin:end],
+            load[begin : end + 1],
+            context,
+            scratch,
+            outputs[begin:end],
+        )
+        simulated = outputs[begin:end, column].copy()
+        outputs[begin:end, column] -= away
+        if not (simulated.min() > free[0] and simulated.max() < free[1]):
+            told = 0
+            continue
+        told += end - begin
+        off = float(np.mean(measured[begin:end] - simulated))
+        there = simulated[-1] + max((end - begin) / told, _SHARE * (end - begin)) * off
+        step = min(max(there, free[0]), free[1]) - simulated[-1]
+        away += step
+        state += step * shift
