@@ -50,6 +50,7 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
         ("dead_zone", {"half_width_v": 0.3, "centre_v": 0.2}, {"half_width_v": 0.3, "centre_v": 0.9}),
         ("dead_zone", {"half_width_v": 0.3, "leak": 0.8}, {"half_width_v": 30.0, "leak": 0.8}),
         ("hysteresis", {"half_width_v": 0.3}, {"half_width_v": 40.0}),
+        ("saturation", {"upper_v": 1.0, "lower_v": -1.0}, {"upper_v": -1.0, "lower_v": 1.0}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 4.0, "damping": 0.45}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 23.0, "damping": 0.1}),
         (

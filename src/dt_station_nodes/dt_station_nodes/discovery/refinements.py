@@ -16,6 +16,8 @@ from .timing import seen_timing
 Array = NDArray[np.float64]
 
 _MOST_COMBINATIONS = 64
+# A cylinder has no store before its own, and a piston's stop is no relief valve.
+_NO_PISTONS = tuple(("overflow", name) for name in ("inlet_limit", "spill", "opening_s", "reseat"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +56,8 @@ def refinements(
     """
     timing = seen_timing(problem, path, candidate.name) if timed else {}
     own = [name for name in candidate.optional if candidate.effect.parameter(name).starts]
+    if problem.windows.anchored:
+        own = [name for name in own if (candidate.name, name) not in _NO_PISTONS]
     return Refinements(candidate, {name: grid(problem, path, candidate, name, residual) for name in own}, timing)
 
 

@@ -35,6 +35,8 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
         return False
     if "hysteresis" in explanation.added and not _passes(explanation, problem):
         return False
+    if "saturation" in explanation.added and not _leaves_room(explanation):
+        return False
     if "resonance" in explanation.added and not _rings(explanation, problem.simulator.sample_time_s):
         return False
     if "cubic_stiffness" in explanation.added and not _hardens(explanation, problem):
@@ -58,6 +60,12 @@ def _passes(explanation: Explanation, problem: Problem) -> bool:
     """Whether the voltage gets through a loop: one as wide as all of it lets nothing pass."""
     loop = next(e for e in explanation.fit.path.effects if e.name == "hysteresis").parameters
     return loop["half_width_v"] < WIDEST_LOOP * problem.scales[Quantity.INPUT]
+
+
+def _leaves_room(explanation: Explanation) -> bool:
+    """Whether voltages lie between a limit's two ends: none do where the upper one is the lower."""
+    limit = next(e for e in explanation.fit.path.effects if e.name == "saturation").parameters
+    return limit["lower_v"] < limit["upper_v"]
 
 
 def _rings(explanation: Explanation, sample_time_s: float) -> bool:

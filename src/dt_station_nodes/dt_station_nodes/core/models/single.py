@@ -35,12 +35,8 @@ def _on_voltage(path: PathSpec) -> bool:
 
 
 def at_places(path: PathSpec) -> bool:
-    """Whether a path integrates and effects inside it act at places of its output."""
-    inside = any(
-        registry()[effect.name].between and (effect.at or registry()[effect.name].attachment) is Attachment.STATE
-        for effect in path.effects
-    )
-    return inside and path.denominator[-1] == 0.0
+    """Whether a path integrates and effects act at places of its output."""
+    return path.denominator[-1] == 0.0 and any(registry()[effect.name].between for effect in path.effects)
 
 
 def _free(path: PathSpec, rest: float) -> Array:

@@ -96,9 +96,8 @@ class Effect:
     `step` is a C function made by `effect_step`; its parameters come in the order of `parameters`, its state is
     `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample; those that
     `hold` give the same as long as the voltage before them is the same. An effect inside a static path feeds its output
-    back, which sub-steps must resolve, unless it `only_paces`: what is fed back sets how quick it is. One inside an
-    integrating path that does nothing `between` two places, parameters of it, needs that path to be where it was
-    measured.
+    back, which sub-steps must resolve, unless it `only_paces`: what is fed back sets how quick it is. One that does
+    nothing `between` two places of the output, parameters of it, needs an integrating path to be where it was measured.
 
     `also` lists the places other than `attachment` where a model may put it and discovery tries it, by channel;
     `apart_at` is the one of its form apart (None: the usual one). Effects outside the `vocabulary` are never named by
