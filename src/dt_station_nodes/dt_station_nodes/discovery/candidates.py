@@ -107,14 +107,15 @@ def grid(
     if candidate.apart and name == "working":
         return [1.0]
     if candidate.name == "overflow" and name in _STOPS:
-        return _stop_starts(problem, path, parameter, unit)
+        return stop_starts(problem, path, parameter)
     if fine and parameter.grain > 0.0 and not problem.rough:
         return list(unit * np.geomspace(min(parameter.starts), 1.5 * max(parameter.starts), _FINE_STARTS))
     return [start * unit for start in parameter.starts]
 
 
-def _stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
+def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter) -> list[float]:
     """Where a piston's stops begin: out of reach, or about the ends of the run's way, which it seldom goes beyond."""
+    unit = unit_of(problem, parameter, None)
     if not problem.windows.anchored:
         return [parameter.neutral] if parameter.name == "standing" else [start * unit for start in parameter.starts]
     if parameter.name == "standing":

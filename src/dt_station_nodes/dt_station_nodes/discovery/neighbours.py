@@ -23,13 +23,13 @@ class _Bare:
 
 
 def _without(bench: Bench, explanation: Explanation, name: str) -> Explanation:
-    """An explanation less one effect, the others as they were fitted beside it."""
+    """An explanation less one effect, the others as they were fitted beside it: one to fit from, not to judge."""
     fit = explanation.fit
     path = without(fit.path, name)
     residual = bench.problem.residual(path)
     bare = replace(fit, path=path, residual=residual, rss=float(residual @ residual) / bench.problem.sigma**2)
     freed = {key: value for key, value in explanation.freed.items() if key != name}
-    return bench.explained(bare, tuple(n for n in explanation.added if n != name), freed)
+    return replace(explanation, fit=bare, added=tuple(n for n in explanation.added if n != name), freed=freed)
 
 
 def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanation]:

@@ -18,6 +18,8 @@ _BEHIND = 80.0
 _MOST = 8
 # A refinement that changes nothing goes.
 _SAME = 0.01
+# A limit out of reach has no value that says so, but one beyond all.
+_FAR = 1e6
 
 
 def _set(path: PathSpec, effect: int, name: str, value: float) -> PathSpec:
@@ -92,7 +94,7 @@ def _rested(bench: Bench, explanation: Explanation) -> Explanation:
         own = path.effects[term.effect].name
         neutral = registry()[own].parameter(term.name).neutral
         rested = _set(path, term.effect, term.name, neutral)
-        if np.array_equal(bench.problem.residual(rested), fit.residual):
+        if abs(neutral) < _FAR and np.array_equal(bench.problem.residual(rested), fit.residual):
             path = rested
             freed[own] = tuple(p for p in freed.get(own, ()) if p != term.name)
     if path is fit.path:

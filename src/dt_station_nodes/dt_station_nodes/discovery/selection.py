@@ -17,6 +17,7 @@ from .foretold import foretold
 from .held_out import held_out_power
 from .hypothesis_fit import Fit, fit_hypothesis
 from .noise import effective_samples, noise_floor
+from .out_of_reach import ends_elsewhere
 from .problem import Problem
 from .terms import Hypothesis, Term
 from .unseen import unseen_residual
@@ -119,6 +120,7 @@ class Bench:
         powers = [float(fit.residual @ fit.residual)]
         unseen = None
         if self.check is not None:
+            fit = ends_elsewhere(self.check, fit)
             unseen = unseen_residual(self.check, fit.path)
             powers.append(float(unseen @ unseen))
         found = Explanation(fit, added, freed, tuple(powers), unseen)

@@ -117,7 +117,7 @@ class Effect:
     sub_stepped: bool = False
     holds: bool = False
     only_paces: bool = False
-    between: tuple[str, str] | None = None
+    between: tuple[str, ...] = ()
     also: Mapping[Channel, tuple[Attachment, ...]] = field(default_factory=dict)
     apart_at: Attachment | None = None
     vocabulary: bool = True
