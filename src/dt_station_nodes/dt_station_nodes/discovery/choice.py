@@ -22,7 +22,7 @@ UNHEARD_OF = 5.0  # widths of its prior by which one is off: more than models ar
 ABSURD, LIKELIER = 12.0, 6.0  # the same, a gain off by a third: any effect that spares it by so much is likelier
 TOGETHER = 3.0  # times as much for a pair of which neither earns its name alone
 NEXT_LEAVES = 0.4  # a further effect must leave at most this much of what the last one left
-WORTH_NOISE = 0.08  # a further effect is looked for while more than this of the noise power is left
+WORTH_NOISE = 0.3  # of the noise power: a further effect that explains less of it is the form of the former ones
 BENT = 12.0  # priors of the nominal parameters, twice the log
 WORTH_SAYING = 0.004  # one that is worth less than this is the form of the former ones,
 FAINT_LEAVES = 0.12  # unless it leaves at most this much of what they left
@@ -241,7 +241,7 @@ def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Me
     if best.fit.penalty - leader.fit.penalty > BENT:
         # The smaller set explains the run only with nominal parameters far off.
         return True
-    if before <= WORTH_NOISE * measure.noise or not _evident(best, leader, measure):
+    if before - after <= WORTH_NOISE * measure.noise or not _evident(best, leader, measure):
         return False
     if before < measure.noise and before - after < WORTH_SAYING * measure.left(null):
         # A mended form leaves much of it, what was missing takes most of it away.

@@ -1,0 +1,63 @@
+"""An end of the way that one run does not come to is told by another that does, or by none."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec, PathSimulator, PathSpec
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
+from dt_station_nodes.discovery.out_of_reach import ends_elsewhere
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.settings import DiscoverySettings
+from dt_station_nodes.discovery.terms import nominal_terms
+
+PAPER = ModelSpec.from_yaml((Path(__file__).resolve().parents[3] / "config/models/paper.yaml").read_text())
+ALONE = PAPER.paths[Channel.POSITION].model_copy(update={"disturbance": None})
+SPEC = PAPER.model_copy(update={"paths": {Channel.POSITION: ALONE}})
+STOPS = {"limit": 0.05, "lower_limit": -0.03, "standing": 1.0}
+HISS_M = 1e-4
+STOPPING = Candidate("overflow", apart=True)
+
+
+def problem(amplitude_v: float, seed: int) -> Problem:
+    voltage = -amplitude_v * np.sin(2.0 * np.pi * 0.4 * np.arange(600) * 0.02)
+    simulator = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 0.0, 0.0)
+    position = simulator.simulate(add_effect(ALONE, STOPPING, STOPS))
+    noisy = position + HISS_M * np.random.default_rng(seed).standard_normal(600)
+    run = Run(0.02, {"servo_voltage_v": voltage, "position_m": noisy})
+    return make_problem(run, SPEC, Channel.POSITION, DiscoverySettings())
+
+
+@pytest.fixture(scope="module")
+def fit() -> Fit:
+    """A run that meets the lower end only, explained with the upper one somewhere beyond it."""
+    shown = problem(0.85, 1)
+    begin = add_effect(ALONE, STOPPING, {**STOPS, "limit": 3.0 * float(np.abs(shown.measured).max())})
+    free = hypothesis(shown, begin, nominal_terms(ALONE, shown.signal), {"overflow": STOPPING.required})
+    found = fit_hypothesis(shown, free)
+    assert np.std(found.residual) < 1.1 * HISS_M
+    return found
+
+
+def limit(path: PathSpec) -> float:
+    return path.effects[-1].parameters["limit"]
+
+
+def test_the_other_run_tells_where_it_meets_an_end(fit: Fit) -> None:
+    other = problem(2.5, 2)
+    told = ends_elsewhere(other, fit)
+    assert limit(told.path) == pytest.approx(STOPS["limit"], abs=2.0 * HISS_M)
+    assert np.std(other.residual(told.path)) < 1.1 * HISS_M < 0.1 * np.std(other.residual(fit.path))
+    assert told.path.effects[-1].parameters["lower_limit"] == fit.path.effects[-1].parameters["lower_limit"]
+    assert np.array_equal(told.residual, fit.residual)
+
+
+def test_no_end_is_made_up_where_no_run_meets_one(fit: Fit) -> None:
+    other = problem(0.8, 3)
+    told = ends_elsewhere(other, fit)
+    assert limit(told.path) > float(other.measured.max())
+    assert np.array_equal(other.residual(told.path), other.residual(fit.path))
