@@ -1,13 +1,13 @@
 """Fitting a hypothesis to a problem: simulation error, priors on the nominal parameters, several starts."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .fit import Fitted, Residual, least_squares
+from .fit import Fitted, least_squares
 from .problem import Problem
 from .terms import Hypothesis
 
@@ -69,19 +69,6 @@ def _prior(deviation: Array) -> Array:
     return np.asarray(np.sign(deviation) * np.sqrt(4.0 * np.log1p(0.25 * deviation**2)), dtype=np.float64)
 
 
-def _promising(residuals: Residual, starts: Sequence[Array], bounds: Array, keep: int, passed: int) -> Sequence[Array]:
-    """The `keep` starts that leave least, the best `passed` passed over."""
-    if len(starts) <= keep:
-        return starts
-    costs = [
-        float(np.sum(np.nan_to_num(residuals(np.clip(x, bounds[:, 0], bounds[:, 1])), nan=1e9) ** 2)) for x in starts
-    ]
-    order = sorted(range(len(starts)), key=lambda i: (costs[i], i))
-    # Starts of one cost do the same, most often nothing: one of them is enough.
-    apart = [i for n, i in enumerate(order) if n == 0 or costs[i] - costs[order[n - 1]] > 1e-9 * costs[i]]
-    return [starts[i] for i in apart[passed : passed + keep] or apart[:1]]
-
-
 def fit_hypothesis(
     problem: Problem,
     hypothesis: Hypothesis,
@@ -104,21 +91,29 @@ def fit_hypothesis(
     bounds = hypothesis.bounds
     sigma = problem.sigma
 
+    def residuals(x: Array) -> Array:
+        gap = problem.residual(hypothesis.path_at(x)) / sigma
+        if mask is not None:
+            gap = gap * mask
+        return np.concatenate([gap, _prior((x[held] - centres[held]) / widths[held])])
+
     candidates = [home, *starts] if not starts else list(starts)
+    steps = hypothesis.steps
+    if len(candidates) > keep:
+        costs = [
+            float(np.sum(np.nan_to_num(residuals(np.clip(x, bounds[:, 0], bounds[:, 1])), nan=1e9) ** 2))
+            for x in candidates
+        ]
+        order = sorted(range(len(candidates)), key=lambda i: (costs[i], i))
+        # Starts of one cost do the same, most often nothing: one of them is enough.
+        apart = [i for n, i in enumerate(order) if n == 0 or costs[i] - costs[order[n - 1]] > 1e-9 * costs[i]]
+        candidates = [candidates[i] for i in apart[passed : passed + keep] or apart[:1]]
     best: Fitted | None = None
-    for simulate in problem.ways(hypothesis.path):
-
-        def residuals(x: Array, simulate: Callable[[PathSpec], Array] = simulate) -> Array:
-            gap = problem.compare(simulate(hypothesis.path_at(x))) / sigma
-            if mask is not None:
-                gap = gap * mask
-            return np.concatenate([gap, _prior((x[held] - centres[held]) / widths[held])])
-
-        for x in _promising(residuals, candidates, bounds, keep, passed):
-            found = least_squares(residuals, x, bounds[:, 0], bounds[:, 1], hypothesis.steps, iterations, rival=rival)
-            rival = min(rival, found.cost)
-            if best is None or found.cost < best.cost:
-                best = found
+    for x in candidates:
+        found = least_squares(residuals, x, bounds[:, 0], bounds[:, 1], steps, iterations, rival=rival)
+        rival = min(rival, found.cost)
+        if best is None or found.cost < best.cost:
+            best = found
     assert best is not None
     path = hypothesis.path_at(best.x)
     residual = problem.residual(path)

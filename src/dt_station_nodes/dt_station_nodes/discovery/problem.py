@@ -1,8 +1,7 @@
 """One channel of one run as a fitting problem: its residual, and its scale of every quantity."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -79,18 +78,10 @@ class Problem:
         return self.compare(self.simulate(path))
 
     def simulate(self, path: PathSpec) -> Array:
-        """Output of a path (SI), shape (n,): of the ways to simulate it the one that leaves less.
-
-        A start tells the place without noise, as long as nothing drifts.
-        """
-        outputs = (way(path) for way in self.ways(path))
-        return min(outputs, key=lambda simulated: float(np.linalg.norm(self.compare(simulated))))
-
-    def ways(self, path: PathSpec) -> tuple[Callable[[PathSpec], Array], ...]:
-        """Simulations of a path: from its start and, where its place counts, kept about where it was measured."""
-        if not at_places(path):
-            return (self.simulator.simulate,)
-        return (self.simulator.simulate, partial(self.simulator.simulate_beside, measured=self.measured))
+        """Output of a path (SI), shape (n,): where its place counts, kept about where it was measured."""
+        if at_places(path):
+            return self.simulator.simulate_beside(path, self.measured)
+        return self.simulator.simulate(path)
 
     def compare(self, simulated: Array) -> Array:
         """The residual of a simulated output (n,)."""

@@ -10,8 +10,10 @@ from .kernel import Integers, run
 Array = NDArray[np.float64]
 
 # Samples between two steps back, and the least share of what a sample says of the place that is believed:
-# noise leaves a tenth of itself, drift is followed within a second of 50 Hz.
-_BLOCK, _SHARE = 5, 0.02
+# noise leaves a fourteenth of itself, drift is followed within two seconds of 50 Hz.
+_BLOCK, _SHARE = 5, 0.01
+# Samples that say as much of the place as a stop does.
+_STOP = 50
 
 
 @njit(cache=True, nogil=True)
@@ -55,7 +57,7 @@ def run_brought_back(
         simulated = outputs[begin:end, column].copy()
         outputs[begin:end, column] -= away
         if not (simulated.min() > free[0] and simulated.max() < free[1]):
-            told = 0
+            told = _STOP
             continue
         told += end - begin
         off = float(np.mean(measured[begin:end] - simulated))
