@@ -63,6 +63,16 @@ def test_beside_a_large_effect_a_faint_one_is_named_where_it_takes_most_of_what_
     assert best.added == (("delay", "rate_limit") if both else ("delay",))
 
 
+@pytest.mark.parametrize(("before", "both"), [(0.2, False), (0.4, True)])
+def test_what_explains_little_of_the_noise_power_is_the_form_of_the_effect_before(
+    fitted: tuple[Measure, Explanation], before: float, both: bool
+) -> None:
+    null, one = leaving(fitted, 1000.0), leaving(fitted, before, "delay")
+    two = leaving(fitted, 0.0, "delay", "rate_limit")
+    best = best_set(null, [null, one, two], fitted[0])
+    assert best.added == (("delay", "rate_limit") if both else ("delay",))
+
+
 @pytest.mark.parametrize(("widths", "gain"), [(3.0, UNSEEN * ENOUGH_TO_NAME), (8.0, ENOUGH_TO_NAME), (20.0, LIKELIER)])
 def test_where_a_refit_leaves_no_gap_a_name_has_to_gain_less_the_stranger_its_parameters(
     fitted: tuple[Measure, Explanation], widths: float, gain: float

@@ -12,6 +12,7 @@ from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothe
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.out_of_reach import ends_elsewhere
 from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.selection import Bench
 from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -54,6 +55,15 @@ def test_the_other_run_tells_where_it_meets_an_end(fit: Fit) -> None:
     assert np.std(other.residual(told.path)) < 1.1 * HISS_M < 0.1 * np.std(other.residual(fit.path))
     assert told.path.effects[-1].parameters["lower_limit"] == fit.path.effects[-1].parameters["lower_limit"]
     assert np.array_equal(told.residual, fit.residual)
+
+
+def test_an_explanation_is_held_against_the_other_run_with_the_end_that_run_tells(fit: Fit) -> None:
+    shown, other = problem(0.85, 1), problem(2.5, 2)
+    bench = Bench(shown, nominal_terms(ALONE, shown.signal), other)
+    found = bench.explained(fit, ("overflow",), {"overflow": STOPPING.required}, glance=True)
+    assert limit(found.fit.path) == pytest.approx(STOPS["limit"], abs=2.0 * HISS_M)
+    assert found.unseen is not None
+    assert np.std(found.unseen) < 1.1 * HISS_M
 
 
 def test_no_end_is_made_up_where_no_run_meets_one(fit: Fit) -> None:

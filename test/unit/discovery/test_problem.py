@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec, PlantModel
+from dt_station_nodes.core.models import EffectSpec, ModelSpec, PlantModel
 from dt_station_nodes.core.models.effects import registry
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.problem import effect_term, make_problem
@@ -50,6 +50,18 @@ def test_a_simulation_that_runs_away_is_the_worst_of_all():
     path = PAPER.with_effect(Channel.POSITION, "cubic_stiffness", {"coefficient": -1e5}).paths[Channel.POSITION]
     still = problem.residual(PAPER.paths[Channel.POSITION].model_copy(update={"gain": 1e-9}))
     assert np.sum(problem.residual(path) ** 2) > 1e3 * np.sum(still**2)
+
+
+def test_a_piston_meets_its_stop_where_it_was_measured_wherever_it_is_thought_to_begin():
+    problem = problem_of(station_run(), Channel.POSITION)
+    end = problem.simulator.first + 0.4 * float(np.ptp(problem.measured))
+    stop = EffectSpec(name="overflow", parameters={"limit": end, "standing": 1.0})
+    path = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (stop,)})
+    away = replace(problem.simulator, first=problem.simulator.first + 0.005)
+    displaced = replace(problem, measured=problem.simulator.simulate(path), simulator=away)
+    adrift = float(np.std(displaced.compare(away.simulate(path))))
+    assert adrift > 3e-4
+    assert np.std(displaced.residual(path)) < 0.1 * adrift
 
 
 def test_noise_of_the_measured_load_counts_as_no_gap():

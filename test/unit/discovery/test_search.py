@@ -10,8 +10,9 @@ from dt_station_nodes.core.models import ModelSpec, PathSimulator
 from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
-from dt_station_nodes.discovery.candidates import Candidate, all_starts, library
+from dt_station_nodes.discovery.candidates import Candidate, all_starts, grid, library
 from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.refinements import refinements
 from dt_station_nodes.discovery.search import scan, scan_whole
 from dt_station_nodes.discovery.selection import Bench, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
@@ -108,6 +109,19 @@ def test_the_two_ends_of_a_pistons_way_are_found() -> None:
     # An end that gives a little lies so much further in.
     assert found["limit"] == pytest.approx(0.021, abs=1e-3)
     assert found["lower_limit"] == pytest.approx(-0.013, abs=1e-3)
+
+
+def test_a_pistons_stop_may_be_out_of_reach_and_is_no_relief_valve(problem: Problem) -> None:
+    path = PAPER.paths[Channel.POSITION]
+    stop = Candidate("overflow", apart=True)
+    residual = problem.residual(path)
+    low, high = float(problem.measured.min()), float(problem.measured.max())
+    upper, lower = (grid(problem, path, stop, name, residual) for name in ("limit", "lower_limit"))
+    assert max(upper) > high
+    assert min(lower) < low
+    assert set(refinements(problem, path, stop, residual).names).isdisjoint(
+        {"inlet_limit", "spill", "opening_s", "reseat"}
+    )
 
 
 def test_candidates_are_the_effects_that_can_act_there() -> None:

@@ -57,8 +57,10 @@ def ends_elsewhere(check: Problem, fit: Fit) -> Fit:
         effect = registry()[fit.path.effects[term.effect].name] if term.effect >= 0 else None
         if effect is None or term.name not in effect.between:
             continue
-        tried = [fit, _moved(fit, int(index), effect.parameter(term.name).neutral)]
-        if min(_power(check, one) for one in tried) > len(check.measured) * (_EXPLAINED * check.sigma) ** 2:
-            tried.append(_met(check, fit, int(index)))
-        fit = min(tried, key=lambda one: _power(check, one))
+        away = _moved(fit, int(index), effect.parameter(term.name).neutral)
+        tried = [(_power(check, one), one) for one in (fit, away)]
+        if min(power for power, _ in tried) > len(check.measured) * (_EXPLAINED * check.sigma) ** 2:
+            met = _met(check, fit, int(index))
+            tried.append((_power(check, met), met))
+        fit = min(tried, key=lambda one: one[0])[1]
     return fit

@@ -87,18 +87,21 @@ class PathSimulator:
             np.linalg.lstsq(np.array([linear.c, linear.velocity]), wanted, rcond=None)[0], dtype=np.float64
         )
 
+    def _substeps(self, path: PathSpec) -> int:
+        """Sub-steps a sample of this path needs."""
+        spec = ModelSpec.model_construct(name="path", source="", paths={self.channel: path})
+        return substeps(spec, self.sample_time_s)
+
     def simulate_beside(self, path: PathSpec, measured: Array) -> Array:
         """The same of an integrating path kept about where it was `measured` (n,), SI, steps back left out.
 
         Where a piston meets its stops its place counts, which in open loop drifts.
         """
-        spec = ModelSpec.model_construct(name="path", source="", paths={self.channel: path})
-        return self._simulate(path, substeps(spec, self.sample_time_s), measured)
+        return self._simulate(path, self._substeps(path), measured)
 
     def simulate(self, path: PathSpec) -> Array:
         """Output of the path (SI), shape (n,), standing at `first` at the start."""
-        spec = ModelSpec.model_construct(name="path", source="", paths={self.channel: path})
-        steps = substeps(spec, self.sample_time_s)
+        steps = self._substeps(path)
         away = path.disturbance
         if away is None or not _on_voltage(path):
             return self._simulate(path, steps)
@@ -131,15 +134,16 @@ class PathSimulator:
             if self.first_velocity is not None:
                 states = states + self._moving(own.linear, states)
             state[own.state_at : own.state_at + states.size] = states
+        # A pressure path feels its own pressure only.
         load = self.load_pa if len(self.load_pa) else np.full(len(self.voltage_v), self.rest_pa)
+        load = _NONE if is_pressure else load
         timing = np.array([self.sample_time_s, float(steps), 1.0])
         column = 0 if is_pressure else 1
         given = (pressure.numbers, pressure.places, position.numbers, position.places, timing, state)
 
         def run(voltages: Array, load: Array) -> Array:
             outputs = np.empty_like(voltages)
-            felt = _NONE if is_pressure else load
-            kernel.run(*given, voltages, felt, np.zeros(2 * CONTEXT_SIZE), np.empty_like(state), outputs)
+            kernel.run(*given, voltages, load, np.zeros(2 * CONTEXT_SIZE), np.empty_like(state), outputs)
             return outputs[:, column].copy()
 
         remembers = own.size > own.linear.b.size + int(own.places[kernel.AWAY_STATES])
@@ -155,8 +159,7 @@ class PathSimulator:
         shift[1 + column] = 1.0
         shift[own.state_at : own.state_at + own.linear.b.size] = standing(own, 1.0)
         outputs = np.empty_like(self._voltages)
-        felt = _NONE if is_pressure else load
-        run_brought_back(*given, self._voltages, felt, outputs, beside, shift, _free(path, own.rest))
+        run_brought_back(*given, self._voltages, load, outputs, beside, shift, _free(path, own.rest))
         return outputs[:, column].copy()
 
     def _holding(self, path: PathSpec) -> float:

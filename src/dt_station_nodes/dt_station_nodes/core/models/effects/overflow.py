@@ -57,11 +57,11 @@ def _kept(p: Doubles, value: float, c: Doubles) -> float:
     # What is not held by the stops goes on beside them; a stop that gives does so by what presses on it.
     beside, give = 1.0 - p[12], value / p[11]
     output = c[FREE_OUTPUT] + c[INJECTION_GAIN] * c[INJECTION] - beside * c[LOAD_OUTPUT]
-    velocity = c[FREE_VELOCITY] - beside * c[LOAD_VELOCITY]
     limit, lower_limit = p[0] + max(give, 0.0), p[9] + min(give, 0.0)
-    end = limit if output > limit else lower_limit
     if lower_limit <= output <= limit:
         return value
+    end = limit if output > limit else lower_limit
+    velocity = c[FREE_VELOCITY] - beside * c[LOAD_VELOCITY]
     if c[SPEED_GAIN] != 0.0:
         # Within the sub-step: how much of it is left where the piston meets its end, and how fast it leaves by then.
         before = c[VELOCITY] + p[12] * c[LOAD_VELOCITY]
