@@ -16,7 +16,7 @@ from .result import Verdict
 from .search import StoppedError, distinct, scan, scan_whole
 from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .settings import DiscoverySettings
-from .strangers import SAME, stranger
+from .strangers import SAME, other_dynamics, stranger
 from .terms import nominal_terms
 from .workers import ALONE, Workers
 
@@ -50,7 +50,8 @@ class Finding:
     """What one channel says. `given`: residual (n,) of the given model; `sigma`: noise, unit of the channel.
 
     `alternatives[i]` are names that could stand for the i-th added effect; `rival` a form outside the
-    vocabulary that makes them doubtful; `excess` what is left of the gap, of its start.
+    vocabulary that makes them doubtful; `excess` what is left of the gap, of its start, `nearest` what the set of
+    nameable effects leaves of it that leaves least; `over_noise` what is left of each run over its noise, RMS.
     """
 
     problem: Problem
@@ -67,6 +68,8 @@ class Finding:
     sigma: float
     rival: str = ""
     interrupted: bool = False
+    nearest: float = 1.0
+    over_noise: tuple[float, ...] = ()
 
 
 def base_paths(path: PathSpec) -> list[PathSpec]:
@@ -162,6 +165,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     peers: list[tuple[float, Explanation]] = []
     if best.added:
         rival = stranger(best, scored, trifling=left <= DOUBT_SHARE * gap, rough=measure.rough)
+        rival = rival or other_dynamics(bench.problem, best, measure.floors[0])
         rivals = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]
         # One that is there only in name, its effect fitted to nothing, is no other explanation.
         peers = [p for p in rivals if p[0] > SAME or certain(p[1], measure)]
@@ -202,4 +206,9 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         float(measure.floors[0] ** 0.5),
         rival,
         interrupted,
+        min((measure.left(e) / gap for e in known if e.inside and e.added), default=1.0),
+        tuple(
+            (max(over, 0.0) / floor + 1.0) ** 0.5
+            for over, floor in zip(measure.gaps(best), measure.floors, strict=True)
+        ),
     )

@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.errors import StationError
 from ..core.run import Run
-from .noise import difference_noise, quantisation_step
+from .noise import driven_noise, quantisation_step
 
 Array = NDArray[np.float64]
 
 MIN_SAMPLES = 100
 FROZEN_SAMPLES = 8
 WAKES = 4.0
+NOISY_STEPS = 2.0  # steps of a quantised sensor: where neighbours differ by less, they may well be equal
 BEFORE = 30  # samples looked at before such a stretch
 FAINT = 6.0  # times the noise: a channel that moves less was held
 MOVES = 1e-3  # of the voltage's standard deviation
@@ -67,18 +68,21 @@ def frozen_samples(measured: Array, voltage: Array) -> NDArray[np.bool_]:
     for start, stop in zip(edges[::2], edges[1::2], strict=True):
         if float(np.ptp(voltage[start : stop - 1])) <= moves:
             continue
-        noisy = step == 0.0 and _like_noise(measured[max(0, start - BEFORE) : start])
+        noisy = _like_noise(measured[max(0, start - BEFORE) : start], step)
         if noisy or (stop - start >= 4 * FROZEN_SAMPLES and _jumps(measured[stop - 1 : stop + 6], step)):
             kept[start:stop] = True
     return kept
 
 
-def _like_noise(before: Array) -> bool:
-    """Whether neighbouring samples differ as those of noise do: high differences far above the first ones."""
+def _like_noise(before: Array, step: float) -> bool:
+    """Whether neighbouring samples differ as those of noise do: high differences far above the first ones.
+
+    Noise below the `step` of a quantised sensor repeats itself.
+    """
     if len(before) < BEFORE // 2:
         return False
     first = float(np.sqrt(np.mean(np.diff(before) ** 2)))
-    return first > 0.0 and float(np.sqrt(np.mean(np.diff(before, 4) ** 2))) > 2.0 * first
+    return first > NOISY_STEPS * step and float(np.sqrt(np.mean(np.diff(before, 4) ** 2))) > 2.0 * first
 
 
 def _jumps(after: Array, step: float) -> bool:
@@ -97,7 +101,7 @@ def check_channel(run: Run, channel: Channel) -> ChannelCheck:
     excited = swing > 1e-6 * max(1.0, float(np.abs(voltage).max())) and span > 0.0
     if not excited:
         notes.append(f"{channel.value}: the voltage does not move, so nothing about this path can be concluded")
-    elif float(np.std(measured)) < FAINT * difference_noise(measured):
+    elif float(np.std(measured)) < FAINT * driven_noise(measured, voltage):
         excited = False
         notes.append(
             f"{channel.value}: it moves by less than {FAINT:g} times its noise, so nothing about this path can be "

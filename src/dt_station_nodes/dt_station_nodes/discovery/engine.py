@@ -14,7 +14,7 @@ from .data_checks import check_run
 from .echo import without_echo
 from .next_experiment import propose
 from .noise import difference_noise, effective_samples
-from .other_run import found_there
+from .other_run import found_there, unseen_problem
 from .polish import carried_over, polished
 from .problem import Problem, integrates, make_problem, telling_window
 from .proof import estimates, floor_figures, gap_figures, patched, trace
@@ -38,6 +38,7 @@ from .workers import Workers
 Progress = Callable[[str], None]
 
 
+AS_LITTLE = 2.0  # times the sum of squares: sets that leave more are no rivals
 _UNCHANGED = (Verdict.NOTHING_MISSING, Verdict.UNEXPLAINED)
 
 
@@ -81,7 +82,8 @@ def discover(
             same = _windowed(run, check.channel, path, chosen)
             short = condensed(run, check.channel, path)
             problem = make_problem(short.run, spec, check.channel, same, check.frozen[short.rows])
-            unseen = _unseen(validation, spec, check.channel, same)
+            unseen, unheard = unseen_problem(validation, spec, check.channel, same)
+            notes += [unheard] if unheard else []
             finding = examine(problem, path, same, progress, unseen, workers)
             # What is carried over to all samples is refitted to this run, which would not show it.
             finding, note = found_there(finding, None if short.note else unseen, path, same, progress, workers)
@@ -105,15 +107,6 @@ def discover(
             if finding.interrupted:
                 break
     return _result(run, spec, model, validation, chosen, notes, findings)
-
-
-def _unseen(validation: Run | None, spec: ModelSpec, channel: Channel, settings: DiscoverySettings) -> Problem | None:
-    """The channel's problem on the validation run, where that run tells anything about it."""
-    if validation is None:
-        return None
-    usable = [c for c in check_run(validation) if c.channel is channel and c.excited and c.frozen_share == 0.0]
-    short = condensed(validation, channel, spec.paths[channel]).run if usable else validation
-    return make_problem(short, spec, channel, settings) if usable else None
 
 
 def _windowed(run: Run, channel: Channel, path: PathSpec, settings: DiscoverySettings) -> DiscoverySettings:
@@ -243,4 +236,7 @@ def _instead(finding: Finding) -> list[Explanation]:
 
 
 def _runners_up(finding: Finding) -> list[Explanation]:
-    return [e for e in finding.ranking if e.inside and e.added and e is not finding.best][:1]
+    """The next best that leaves about as little."""
+    most = AS_LITTLE * finding.best.fit.rss
+    others = (e for e in finding.ranking if e.inside and e.added and e is not finding.best)
+    return [e for e in others if e.fit.rss < most][:1]

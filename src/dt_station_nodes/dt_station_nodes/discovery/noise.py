@@ -13,6 +13,13 @@ _GAIN = float(sum(comb(_ORDER, k) ** 2 for k in range(_ORDER + 1))) ** 0.5
 _TRIMMED = 0.6231
 # Mean squared autocorrelation, over that of white noise, below which a residual is taken for noise alone.
 _WHITE = 2.0
+_FAST = 0.05  # of a signal's standard deviation: white parts above it may be movement
+_PAST = 6  # samples of voltage before
+_SAME_VALUE = 1e-9  # of the span: values that differ by less are one
+_ONE = 1.4  # times the smallest: gaps between values that are one step
+_OFTEN = 0.02  # of the gaps are one step at least
+_COUNTED = 8.0  # steps: in wider gaps the step's own error adds up
+_ON_GRID = 0.1  # steps
 
 
 def difference_noise(signal: Array) -> float:
@@ -28,24 +35,53 @@ def difference_noise(signal: Array) -> float:
 
 
 def quantisation_step(signal: Array) -> float:
-    """Smallest step between distinct values where the signal is clearly quantised, else 0."""
+    """Smallest step between distinct values where the signal is clearly quantised, else 0.
+
+    Files print counts with a few digits: steps may differ by what rounding does to them.
+    """
     values = np.unique(signal)
-    if len(values) < 3 or len(values) > len(signal) // 2:
+    gaps = np.diff(values)
+    gaps = gaps[gaps > _SAME_VALUE * float(gaps.sum())]
+    if len(gaps) < 2:
         return 0.0
-    steps = np.diff(values)
-    smallest = float(steps.min())
-    multiples = steps / smallest
-    return smallest if float(np.abs(multiples - np.round(multiples)).max()) < 0.05 else 0.0
+    ones = gaps[gaps < _ONE * float(gaps.min())]
+    if len(values) > len(signal) // 2 and len(ones) < _OFTEN * len(gaps):
+        # Where hardly a value comes twice, only many single steps tell a grid from chance.
+        return 0.0
+    multiples = gaps / float(ones.mean())
+    few = multiples[multiples < _COUNTED]
+    return float(ones.mean()) if float(np.abs(few - np.round(few)).max()) < _ON_GRID else 0.0
 
 
-def noise_floor(measured: Array, residual: Array) -> float:
-    """Standard deviation (unit of the signal) that no model can get under on these data.
+def driven_noise(measured: Array, voltage: Array) -> float:
+    """The same of a signal (n,) driven by a voltage (n,): no more than what the last voltages cannot foretell.
+
+    Where a signal moves as fast as it is sampled its differences are movement, not noise.
+    """
+    white = difference_noise(measured)
+    if white < _FAST * float(np.std(measured)) or not np.ptp(voltage) > 0.0:
+        return white
+    scaled = (voltage - voltage.mean()) / float(np.std(voltage))
+    shapes = np.array([scaled, np.abs(scaled), scaled**2, scaled**3])
+    count = len(measured) - _PAST
+    past = [row[_PAST - lag : len(measured) - lag] for lag in range(_PAST + 1) for row in shapes]
+    known = np.column_stack([np.ones(count), *past])
+    for order in (0, 1):
+        target = np.diff(measured, order)[_PAST - order :]
+        left = target - known @ np.linalg.lstsq(known, target, rcond=None)[0]
+        spare = max(count - known.shape[1], 1)
+        white = min(white, float(np.sqrt(left @ left / spare / (1 + order))))
+    return white
+
+
+def noise_floor(measured: Array, residual: Array, noise: float) -> float:
+    """Standard deviation (unit of the signal) that no model can get under on these data, of so much white `noise`.
 
     `residual` is the gap of the best model at hand: what is smooth in the signal is already
     taken out of it, and a white one is noise altogether. Quantisation counts as its uniform noise; a
     relative 1e-5 keeps noise-free data from a floor of zero.
     """
-    white = min(difference_noise(measured), difference_noise(residual))
+    white = min(noise, difference_noise(residual))
     if whiteness(residual) < _WHITE:
         white = max(white, min(float(np.std(residual)), 1.3 * white))
     quantised = quantisation_step(measured) / 12**0.5

@@ -1,15 +1,33 @@
-"""What the validation run shows and the run does not: found there, with the run to hold it against."""
+"""The validation run: whether it can be judged by, and what it shows that the run does not."""
 
 from dataclasses import replace
 
-from ..core.models import PathSpec
+from ..core.channels import Channel
+from ..core.models import ModelSpec, PathSpec
+from ..core.run import Run
 from .channel import Finding, examine
-from .problem import Problem
+from .condense import condensed
+from .data_checks import check_run
+from .problem import Problem, make_problem
 from .result import Verdict
 from .selection import Explanation, Progress
 from .settings import DiscoverySettings
 from .unseen import shows_only
 from .workers import Workers
+
+
+def unseen_problem(
+    validation: Run | None, spec: ModelSpec, channel: Channel, settings: DiscoverySettings
+) -> tuple[Problem | None, str]:
+    """The channel's problem on the validation run, or why that run tells nothing about it."""
+    if validation is None:
+        return None, ""
+    check = next((c for c in check_run(validation) if c.channel is channel), None)
+    if check is None:
+        return None, f"{channel.value}: the validation run does not measure it"
+    if not check.excited or check.frozen_share > 0.0:
+        return None, f"the validation run is not judged by; {check.notes[-1]}"
+    return make_problem(condensed(validation, channel, spec.paths[channel]).run, spec, channel, settings), ""
 
 
 def found_there(

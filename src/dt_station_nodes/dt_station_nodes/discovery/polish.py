@@ -90,7 +90,7 @@ def carried_over(finding: Finding, problem: Problem, path: PathSpec) -> Finding:
         finding = _keeping(finding, kept)
         best = replace(best, fit=fit, added=kept)
     given = min((problem.residual(base) for base in base_paths(path)), key=lambda r: float(r @ r))
-    sigma = noise_floor(problem.measured, best.fit.residual)
+    sigma = noise_floor(problem.measured, best.fit.residual, problem.noise)
     return replace(finding, problem=problem, given=given, null=null, best=best, sigma=sigma)
 
 

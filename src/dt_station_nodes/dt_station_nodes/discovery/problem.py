@@ -12,7 +12,7 @@ from ..core.models import ModelSpec, PathSimulator, PathSpec, at_places
 from ..core.models.effects import Attachment, Parameter, Quantity
 from ..core.run import Run
 from .condense import slowest_s
-from .noise import difference_noise
+from .noise import difference_noise, driven_noise
 from .scales import SAMPLE_S, excitations_hz, scales
 from .settings import DiscoverySettings
 from .terms import Term, refits_all
@@ -185,7 +185,7 @@ def make_problem(
     pressure = run.get(Channel.PRESSURE.signal)
     load = np.zeros(0) if channel is Channel.PRESSURE or pressure is None else np.ascontiguousarray(pressure)
     anchored = integrates(path)
-    noise = difference_noise(measured)
+    noise = driven_noise(measured, voltage)
     window_s = settings.window_s or telling_window(measured, run.sample_time_s, noise)
     velocity = _first_velocity(measured, run.sample_time_s, path)
     start = _start_samples(path, run.sample_time_s, len(run)) if velocity is None else 0

@@ -143,7 +143,8 @@ class Bench:
     def floors(self, explanation: "Explanation") -> tuple[float, ...]:
         """Each run's noise power (unit^2), seen in an explanation's residuals; runs may differ in noise."""
         gaps = (explanation.fit.residual, explanation.unseen)
-        found = [noise_floor(p.measured, gap) for p, gap in zip(self.problems, gaps, strict=False) if gap is not None]
+        runs = [(p, gap) for p, gap in zip(self.problems, gaps, strict=False) if gap is not None]
+        found = [noise_floor(p.measured, gap, p.noise) for p, gap in runs]
         return tuple(sigma**2 for sigma in found)
 
     def misfits(self, explanation: "Explanation", floors: tuple[float, ...]) -> list[float]:

@@ -2,11 +2,19 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ..core.models.effects import registry
 from .candidates import in_vocabulary
+from .problem import Problem
 from .selection import Explanation
 
 SAME = 6.0  # twice the log-likelihood ratio: what is closer is not told apart
+_LINEAR = frozenset({"delay", "extra_lag", "resonance"})
+_OTHER_ORDER = "linear dynamics of another order"
+_CLEARLY = 3.0  # times the noise, RMS
+_PAST = 60  # samples of voltage that what is left may answer
+_MOSTLY_LINEAR = 0.5  # of what is left may be no answer to them
 TRIFLE = 40.0  # so much more a stranger that holds the names must tell where they leave next to nothing
 
 
@@ -24,6 +32,21 @@ def stranger(best: Explanation, scored: Sequence[tuple[float, Explanation]], tri
         if behind < (-more if rough else _limit(other, best, more)):
             return next(name for name in other.added if not in_vocabulary(name))
     return ""
+
+
+def other_dynamics(problem: Problem, best: Explanation, floor: float) -> str:
+    """What makes names of linear effects doubtful: what they leave, far above noise of power `floor`, is linear too."""
+    left = np.diff(best.fit.residual)
+    voltage = problem.simulator.voltage_v
+    power = float(np.mean(np.square(best.fit.residual)))
+    if problem.rough or not set(best.added) <= _LINEAR or power < _CLEARLY**2 * max(floor, problem.sigma**2):
+        return ""
+    past = min(_PAST, len(left) // 20)
+    count = len(left) - past
+    driven = np.column_stack([np.diff(voltage)[past - lag : len(left) - lag] for lag in range(past + 1)])
+    rest = left[past:] - driven @ np.linalg.lstsq(driven, left[past:], rcond=None)[0]
+    unexplained = float(rest @ rest) / max(count - past, 1) * count
+    return _OTHER_ORDER if unexplained < _MOSTLY_LINEAR * float(left[past:] @ left[past:]) else ""
 
 
 def _limit(other: Explanation, best: Explanation, more: float) -> float:

@@ -59,5 +59,5 @@ def shows_only(check: Problem | None, unseen: Array | None, residual: Array, sig
     if check is None or unseen is None:
         return False
     here = float(np.mean(np.square(residual))) / sigma**2
-    there = float(np.mean(np.square(unseen))) / noise_floor(check.measured, unseen) ** 2
+    there = float(np.mean(np.square(unseen))) / noise_floor(check.measured, unseen, check.noise) ** 2
     return here < _QUIET < _LOUD < there

@@ -25,7 +25,7 @@ FREE_VELOCITY = 4  # Pa/s or m/s at the end of the sub-step if the effect did no
 VELOCITY_GAIN = 5  # change of that velocity per volt
 FREE_OUTPUT = 6  # Pa or m above rest at the end of the sub-step if the effect did nothing
 INJECTION_GAIN = 7  # change of that output per unit of injection
-LOAD = 8  # Pa above rest, pressure that loads the path (on the pressure path its own, at the start of the sub-step)
+LOAD = 8  # Pa above rest, pressure that loads the path (on the pressure path its own), half-way through the sub-step
 INJECTION = 9  # Pa/s or m/s, flow into the store behind the output; effects add to it
 REST = 10  # Pa, rest pressure, so that LOAD + REST is absolute (on both paths)
 LOAD_VELOCITY = 11  # Pa/s or m/s, the part of FREE_VELOCITY that the disturbance path makes
@@ -40,7 +40,8 @@ SETTLING_RATE = 19  # 1/s, of a static path: one over its mean lag; 0 for an int
 SPEED_GAIN = 20  # m/s or Pa/s per volt in steady motion of an integrating path; 0 for a static one
 OUTPUT_GAIN = 21  # change of FREE_OUTPUT per volt
 LOAD_OUTPUT = 22  # Pa or m, the part of FREE_OUTPUT that the disturbance path makes
-CONTEXT_SIZE = 23
+OWN_LOAD = 23  # 1: the path's output is the load, as far as it is foretold at the place of the effect
+CONTEXT_SIZE = 24
 
 
 def effect_step(function: Callable[..., float]) -> Any:
@@ -81,3 +82,12 @@ def integers(typing_context: Any, address: Any) -> Any:
 
 def _to_pointer(context: Any, builder: Any, signature: Any, args: Any) -> Any:
     return builder.inttoptr(args[0], context.get_value_type(signature.return_type))
+
+
+@numba.njit(cache=True, _nrt=False, forceinline=True)
+def halfway(context: Doubles) -> float:
+    """Output (Pa or m above rest) half-way through the sub-step if the effect did nothing.
+
+    What is fed back from there is neither early nor late, so that errors fall with the square of the sub-step.
+    """
+    return 0.5 * (context[OUTPUT] + context[FREE_OUTPUT])

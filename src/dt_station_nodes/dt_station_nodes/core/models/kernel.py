@@ -27,6 +27,7 @@ from .compiled import (
     OUTPUT,
     OUTPUT_GAIN,
     OUTPUT_REST,
+    OWN_LOAD,
     RAW_INPUT,
     REST,
     SETTLING_RATE,
@@ -39,6 +40,7 @@ from .compiled import (
     Doubles,
     call_step,
     doubles,
+    halfway,
     integers,
 )
 from .compiled import VELOCITY as VELOCITY_NOW
@@ -145,6 +147,8 @@ def _inside(
         flow = context[INJECTION]
         context[FREE_OUTPUT] = drift + numbers[GAIN_OUTPUT] * u + numbers[GAIN_INJECTION] * flow
         context[FREE_VELOCITY] = drift_velocity + numbers[GAIN_VELOCITY] * u + numbers[GAIN_INJECTED_VELOCITY] * flow
+        if context[OWN_LOAD] > 0.0:
+            context[LOAD] = halfway(context)
         u = _effect(numbers_at, places, k, state_at, u, context_at)
     flow = context[INJECTION]
     for i in range(n):
@@ -172,6 +176,8 @@ def _substep(
     if places[EFFECTS] > 0:
         context[RAW_INPUT] = voltage
         context[LOAD] = load
+        if context[OWN_LOAD] > 0.0 and numbers[DIRECT_VELOCITY] == 0.0:
+            context[LOAD] += 0.5 * context[SUBSTEP] * _dot(doubles(numbers_at + 8 * places[VELOCITY]), x, n)
         context[INJECTION] = 0.0
         context[STAGE] = 0.0
         for k in range(places[INPUT_END]):
@@ -222,6 +228,7 @@ def run(
     first_places, second_places = integers(pressure_places.ctypes.data), integers(position_places.ctypes.data)
     memory, now, then = state.ctypes.data, state.ctypes.data, scratch.ctypes.data
     first_context, second_context = context.ctypes.data, context.ctypes.data + 8 * CONTEXT_SIZE
+    context[OWN_LOAD] = 1.0
     for half, path in ((0, pressure), (CONTEXT_SIZE, position)):
         context[half + SUBSTEP], context[half + REST] = h, rest
         _constants(doubles(path.ctypes.data), doubles(context.ctypes.data + 8 * half))

@@ -17,8 +17,8 @@ Integers = NDArray[np.int64]
 
 # Long enough for speed at 20 ms, short enough that stick, lag and delay are resolved.
 LONGEST_SUBSTEP_S = 0.005
-# An effect fed back is held over a sub-step: of a swing of the path at most so much may pass meanwhile.
-FINE_RAD = 0.15
+# What is fed back is held over a sub-step, as it is half-way: at most so much of a swing may pass meanwhile.
+FINE_RAD = 0.3
 # A slow plant is sampled slowly: beyond this its sub-steps would only cost time.
 MOST_SUBSTEPS = 8
 

@@ -2,14 +2,24 @@
 
 import math
 
-from ..compiled import LOAD_OUTPUT, OUTPUT, Doubles, effect_step
+from numba import njit
+
+from ..compiled import LOAD_OUTPUT, OUTPUT_GAIN, Doubles, effect_step, halfway
 from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@njit(cache=True)
+def _pressed(p: Doubles, y: float) -> float:
+    return math.copysign(max(abs(y) - p[2], 0.0), y)
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    y = c[OUTPUT] - (1.0 - p[4]) * c[LOAD_OUTPUT] - p[1]
-    pressed = math.copysign(max(abs(y) - p[2], 0.0), y)
+    y = halfway(c) - (1.0 - p[4]) * c[LOAD_OUTPUT] - p[1]
+    pressed, half = _pressed(p, y), 0.5 * c[OUTPUT_GAIN]
+    # What the spring itself does within the sub-step counts half: a step of Newton's from where it did nothing.
+    slope = p[3] + 3.0 * p[0] * pressed * pressed if pressed != 0.0 else 0.0
+    pressed = _pressed(p, y - half * (p[3] + p[0] * pressed * pressed) * pressed / (1.0 + half * slope))
     return value - (p[3] + p[0] * pressed * pressed) * pressed
 
 

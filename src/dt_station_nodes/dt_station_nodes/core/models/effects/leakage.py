@@ -2,32 +2,46 @@
 
 import math
 
+from numba import njit
+
 from ..compiled import (
     INJECTION,
     INJECTION_GAIN,
     LOAD,
-    OUTPUT,
+    OUTPUT_GAIN,
+    OWN_LOAD,
     REST,
     SETTLING_RATE,
     STATIC_GAIN,
     SUBSTEP,
     Doubles,
     effect_step,
+    halfway,
 )
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
+@njit(cache=True)
+def _through(p: Doubles, pressure: float, rest: float) -> float:
+    # The turbulent law is scaled to meet the laminar one at the rest pressure.
+    turbulent = math.copysign(math.sqrt(abs(pressure) * max(rest, 1.0)), pressure)
+    return p[0] * ((1.0 - p[1]) * pressure + p[1] * turbulent)
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    coefficient, turbulence, base, sag, lag, bend = p[0], p[1], p[2], p[3], p[4], p[5]
-    pressure = c[LOAD] + c[REST] * (1.0 - base)
-    laminar = pressure
-    # The turbulent law is scaled to meet the laminar one at the rest pressure.
-    turbulent = math.copysign(math.sqrt(abs(pressure) * max(c[REST], 1.0)), pressure)
-    flow = coefficient * ((1.0 - turbulence) * laminar + turbulence * turbulent)
+    base, sag, lag, bend = p[2], p[3], p[4], p[5]
     store = c[INJECTION_GAIN] != 0.0 or c[STATIC_GAIN] == 0.0
-    if store:
-        flow += sag * c[OUTPUT] / math.sqrt(1.0 + bend * abs(c[OUTPUT]))
+    per_flow = c[INJECTION_GAIN] if store else c[OUTPUT_GAIN] / (c[STATIC_GAIN] * c[SETTLING_RATE])
+    pressure = c[LOAD] + c[REST] * (1.0 - base)
+    flow = _through(p, pressure, c[REST])
+    if c[OWN_LOAD] > 0.0:
+        # What is lost within the sub-step counts half.
+        flow = _through(p, pressure - 0.5 * per_flow * flow, c[REST])
+    if store and sag != 0.0:
+        y = halfway(c) - 0.5 * per_flow * flow
+        y /= 1.0 + 0.5 * per_flow * sag / math.sqrt(1.0 + bend * abs(y))
+        flow += sag * y / math.sqrt(1.0 + bend * abs(y))
     if lag > 1e-6:
         h = c[SUBSTEP]
         gap = flow - s[0]

@@ -1,13 +1,17 @@
 """Quadratic damping: a resistance that grows with the square of the speed, as of turbulent flow."""
 
 from ...channels import Channel
-from ..compiled import VELOCITY, Doubles, effect_step
+from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, VELOCITY, VELOCITY_GAIN, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    return value - p[0] * c[VELOCITY] * abs(c[VELOCITY])
+    speed = 0.5 * (c[VELOCITY] + c[FREE_VELOCITY] - c[LOAD_VELOCITY])
+    # What the drag itself does within the sub-step counts half: a step of Newton's from where it did nothing.
+    half = 0.5 * c[VELOCITY_GAIN] * p[0]
+    speed -= half * speed * abs(speed) / (1.0 + 2.0 * half * abs(speed))
+    return value - p[0] * speed * abs(speed)
 
 
 EFFECT = Effect(

@@ -5,14 +5,16 @@ import math
 from numba import njit
 
 from ..compiled import (
+    FREE_VELOCITY,
     INJECTION,
+    INJECTION_GAIN,
     INLET_RATE,
     OUTLET_RATE,
-    OUTPUT,
     STATIC_GAIN,
     VELOCITY,
     Doubles,
     effect_step,
+    halfway,
 )
 from .effect import Attachment, Effect, Parameter, Quantity
 
@@ -27,10 +29,15 @@ def _shortfall(level: float, curvature: float) -> float:
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     curvature, reference, inlet_curvature = p[0], p[1], p[2]
     if curvature > 0.0:
-        c[INJECTION] += c[OUTLET_RATE] * _shortfall(c[OUTPUT] - reference, curvature)
+        level = halfway(c) - reference
+        # What stays behind counts half within the sub-step: a step of Newton's from where nothing did.
+        half = 0.5 * c[INJECTION_GAIN] * c[OUTLET_RATE]
+        slope = 1.0 - 1.0 / math.sqrt(max(1.0 + 2.0 * curvature * level, 1e-6))
+        level += half * _shortfall(level, curvature) / max(1.0 - half * slope, 0.5)
+        c[INJECTION] += c[OUTLET_RATE] * _shortfall(level, curvature)
     if inlet_curvature > 0.0 and c[INLET_RATE] > 0.0 and c[OUTLET_RATE] > 0.0:
         # The store before, as the output level it keeps up: what does not leave it stays there and is missed here.
-        held = c[OUTPUT] + c[VELOCITY] / c[OUTLET_RATE]
+        held = halfway(c) + 0.5 * (c[VELOCITY] + c[FREE_VELOCITY]) / c[OUTLET_RATE]
         missing = _shortfall(held - reference, inlet_curvature)
         value += missing / c[STATIC_GAIN]
         c[INJECTION] -= c[OUTLET_RATE] * missing

@@ -1,14 +1,21 @@
 """Stroke-dependent gain: how strongly the voltage acts depends on where the output stands."""
 
+from numba import njit
+
 from ...channels import Channel
-from ..compiled import OUTPUT, Doubles, effect_step
+from ..compiled import OUTPUT_GAIN, Doubles, effect_step, halfway
 from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@njit(cache=True)
+def _gain(p: Doubles, y: float) -> float:
+    return max(1.0 + y * (p[0] + y * (p[1] + y * p[2])), 0.02)
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    y = c[OUTPUT]
-    return value * max(1.0 + y * (p[0] + y * (p[1] + y * p[2])), 0.02)
+    y = halfway(c)
+    return value * _gain(p, y + 0.5 * c[OUTPUT_GAIN] * value * (_gain(p, y) - 1.0))
 
 
 EFFECT = Effect(

@@ -2,7 +2,7 @@
 
 import math
 
-from ..compiled import OUTPUT, SUBSTEP, Doubles, effect_step
+from ..compiled import SUBSTEP, Doubles, effect_step, halfway
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -12,7 +12,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[1] == 0.0:
         s[1] = 1.0
         s[0] = value
-    tau = softness / (1.0 + stiffening * max(c[OUTPUT], 0.0)) ** power
+    tau = softness / (1.0 + stiffening * max(halfway(c), 0.0)) ** power
     if tau <= 1e-9:
         s[0] = value
         return value
