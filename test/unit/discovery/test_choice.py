@@ -30,6 +30,7 @@ from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.terms import nominal_terms
 
 PAPER = ModelSpec.from_yaml((Path(__file__).resolve().parents[3] / "config/models/paper.yaml").read_text())
+TWO = ("delay", "rate_limit")
 
 
 @pytest.fixture(scope="module")
@@ -137,6 +138,28 @@ def test_several_effects_that_bend_the_model_explain_all_of_the_gap(
     known = [null, one, replace(two, fit=replace(two.fit, penalty=bending))]
     found = _decide(fitted[0].bench, null.fit.residual, null, known, interrupted=False)
     assert found.verdict is verdict
+
+
+@pytest.mark.parametrize(("alone", "verdict"), [(4.0, Verdict.UNEXPLAINED), (12.0, Verdict.NAMED)])
+def test_it_is_no_further_effect_that_bends_a_model_bent_by_one_of_them(
+    fitted: tuple[Measure, Explanation], alone: float, verdict: Verdict
+) -> None:
+    null, one, two = (leaving(fitted, left, *names) for left, names in ((100.0, ()), (70.0, ("delay",)), (3.0, TWO)))
+    known = [null, replace(one, fit=replace(one.fit, penalty=alone)), replace(two, fit=replace(two.fit, penalty=10.0))]
+    assert _decide(fitted[0].bench, null.fit.residual, null, known, interrupted=False).verdict is verdict
+
+
+@pytest.mark.parametrize(("others", "named"), [(2, TWO), (3, ("delay",))])
+def test_what_three_others_would_do_as_well_beside_an_effect_is_its_form(
+    fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, others: int, named: tuple[str, ...]
+) -> None:
+    monkeypatch.setattr(channel, "certain", lambda *_: True)
+    null, one, two = (leaving(fitted, left, *names) for left, names in ((100.0, ()), (5.0, ("delay",)), (0.5, TWO)))
+    as_well = [leaving(fitted, 0.5, "delay", name) for name in ("bias", "backlash", "hysteresis")[:others]]
+    monkeypatch.setattr(channel, "best_set", lambda _, known, __: two if two in known else one)
+    found = _decide(fitted[0].bench, null.fit.residual, null, [null, one, two, *as_well], interrupted=False)
+    assert found.verdict is Verdict.NAMED
+    assert found.best.added == named
 
 
 @pytest.mark.parametrize(("widths", "named"), [(4.5, False), (5.5, True)])

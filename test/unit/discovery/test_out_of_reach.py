@@ -9,10 +9,12 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
-from dt_station_nodes.discovery.out_of_reach import ends_elsewhere
+from dt_station_nodes.discovery.out_of_reach import NEVER, ends_elsewhere
+from dt_station_nodes.discovery.parsimony import simplified
 from dt_station_nodes.discovery.problem import Problem, make_problem
-from dt_station_nodes.discovery.selection import Bench
+from dt_station_nodes.discovery.selection import Bench, fit_null
 from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -71,3 +73,42 @@ def test_no_end_is_made_up_where_no_run_meets_one(fit: Fit) -> None:
     told = ends_elsewhere(other, fit)
     assert limit(told.path) > float(other.measured.max())
     assert np.array_equal(other.residual(told.path), other.residual(fit.path))
+
+
+LIMITS = {"upper_v": 0.53, "lower_v": -0.53}
+
+
+def limited(middle_v: float, seed: int) -> Problem:
+    """A run of an amplifier that gives no more than so much, about a mean voltage."""
+    voltage = middle_v + 0.9 * np.sin(2.0 * np.pi * 0.4 * np.arange(600) * 0.02)
+    simulator = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 0.0, 0.0)
+    position = simulator.simulate(add_effect(ALONE, Candidate("saturation"), LIMITS))
+    noisy = position + HISS_M * np.random.default_rng(seed).standard_normal(600)
+    run = Run(0.02, {"servo_voltage_v": voltage, "position_m": noisy})
+    return make_problem(run, SPEC, Channel.POSITION, DiscoverySettings())
+
+
+def test_a_limit_that_a_run_does_not_come_to_is_told_by_the_other_and_kept() -> None:
+    shown, other = limited(-0.5, 4), limited(0.1, 5)
+    bench = Bench(shown, nominal_terms(ALONE, shown.signal), other)
+    begin = add_effect(ALONE, Candidate("saturation"), {"upper_v": 0.7, "lower_v": -0.5})
+    freed = {"saturation": ("upper_v", "lower_v")}
+    fit = fit_hypothesis(shown, hypothesis(shown, begin, bench.nominal, freed))
+    found = bench.explained(fit, ("saturation",), freed)
+    null = fit_null(bench, ALONE)
+    (kept,) = simplified(bench, [found], take_measure(bench, [null, found]))
+    for told in (found, kept):
+        assert told.fit.path.effects[-1].parameters["upper_v"] == pytest.approx(LIMITS["upper_v"], rel=0.01)
+
+
+def test_a_limit_that_no_run_comes_to_is_said_to_be_nowhere() -> None:
+    shown = limited(-0.5, 4)
+    bench = Bench(shown, nominal_terms(ALONE, shown.signal))
+    begin = add_effect(ALONE, Candidate("saturation"), {"upper_v": 0.7, "lower_v": -0.5})
+    freed = {"saturation": ("upper_v", "lower_v")}
+    found = bench.explained(
+        fit_hypothesis(shown, hypothesis(shown, begin, bench.nominal, freed)), ("saturation",), freed
+    )
+    (kept,) = simplified(bench, [found], take_measure(bench, [fit_null(bench, ALONE), found]))
+    assert kept.fit.path.effects[-1].parameters["upper_v"] >= NEVER
+    assert "upper_v" not in kept.freed["saturation"]

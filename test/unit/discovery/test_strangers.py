@@ -3,11 +3,12 @@
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from dt_station_nodes.core.models import EffectSpec
 from dt_station_nodes.discovery.selection import Explanation
-from dt_station_nodes.discovery.strangers import stranger
+from dt_station_nodes.discovery.strangers import other_dynamics, stranger
 
 
 def named(*names: str, **parameters: float) -> Explanation:
@@ -59,3 +60,25 @@ def test_on_rough_data_any_stranger_has_to_explain_more() -> None:
 def test_larger_sets_and_names_are_no_strangers() -> None:
     assert not ahead(LIMIT, -99.0, named("memory", "delay"))
     assert not ahead(LIMIT, -99.0, named("delay"))
+
+
+VOLTS = np.random.default_rng(9).standard_normal(800)
+AFTER = np.convolve(VOLTS, [0.0, 1.0, -0.6, 0.2])[:800]
+HISS = 0.05 * np.random.default_rng(10).standard_normal(800)
+
+
+@pytest.mark.parametrize(
+    ("added", "left", "name"),
+    [
+        (("delay", "resonance"), AFTER + HISS, "linear dynamics of another order"),
+        (("delay", "resonance"), AFTER**2 + HISS, ""),
+        (("delay", "resonance"), 0.05 * AFTER + HISS, ""),
+        (("delay", "saturation"), AFTER + HISS, ""),
+    ],
+)
+def test_linear_names_that_leave_a_linear_answer_are_dynamics_of_another_order(
+    added: tuple[str, ...], left: np.ndarray, name: str
+) -> None:
+    problem = SimpleNamespace(rough=False, sigma=0.05, simulator=SimpleNamespace(voltage_v=VOLTS))
+    best = Explanation(cast(Any, SimpleNamespace(residual=left)), added, {}, (1.0,))
+    assert other_dynamics(cast(Any, problem), best, 0.05**2) == name

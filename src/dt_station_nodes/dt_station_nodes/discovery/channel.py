@@ -35,6 +35,7 @@ REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
 ALIKE = 1.25  # times what the best leaves beyond noise is as good where that is much
 NEEDED = 4.0  # times as much is left by all that does without the set: it is there, if not alone
+VAGUE = 3  # names that could stand in the place of one of several
 DOUBT = 300.0  # a set not believed by itself but so far ahead
 DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
@@ -169,8 +170,11 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         rivals = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]
         # One that is there only in name, its effect fitted to nothing, is no other explanation.
         peers = [p for p in rivals if p[0] > SAME or certain(p[1], measure)]
-        # Several effects that need nominal parameters far off as well have to explain all of it.
-        few = len(best.added) == 1 or not measure.bent(best)
+        # Several effects that need nominal parameters further off than one of them have to explain all of it.
+        parts = [e for _, e in scored if len(e.added) == 1 and set(e.added) < set(best.added)]
+        few = (
+            len(best.added) == 1 or not measure.bent(best) or any(best.fit.penalty <= e.fit.penalty for e in parts[:1])
+        )
         share = ROUGH_SHARE if measure.rough else (LEFT_SHARE if few else BENT_SHARE)
         others = [(behind, e) for behind, e in scored if not set(best.added) <= set(e.added)]
         if few and not measure.rough and min(measure.left(e) for e in known) > NOBODY_LEAVES * left:
@@ -188,6 +192,12 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     # Between forms that both miss as much as they miss of the truth, a likelihood decides nothing.
     alike = [p for p in peers if left > LEFT_NOISE * measure.noise and measure.left(p[1]) < ALIKE * left]
     instead = alternatives(best, [p for p in peers if p[0] <= SAME or p in alike])
+    if len(best.added) > 1 and any(len(names) >= VAGUE for names in instead):
+        # What so many others do as well says of no one that it is there: it mends the form of the rest.
+        fewer = [e for e in known if len(e.added) < len(best.added)]
+        without = _decide(bench, given, null, fewer, interrupted)
+        if without.verdict is Verdict.NAMED:
+            return without
     if verdict is Verdict.PARAMETERS_ONLY:
         near = [e for behind, e in scored if behind < SAME and e.inside and len(e.added) == 1 and certain(e, measure)]
         instead = (tuple(dict.fromkeys(e.added[0] for e in near)),)

@@ -1,7 +1,7 @@
-"""A ripple of the pressure, heard again in the position.
+"""What the pressure was found to have, heard again in the position.
 
 The position's model is driven by the pressure as measured: what its sensor adds, or its samples leave out of a quick
-ripple, is left in the position's residual at the same frequency.
+ripple, is left in the position's residual: at the same frequency, or as a drift.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,12 @@ from ..core.channels import Channel
 from ..core.models import PathSpec
 from .channel import Finding
 from .result import Verdict
+from .selection import Bench, fit_null
+from .terms import nominal_terms
 from .timing import PERIODIC
+
+# Times the sum of squares that the effects found leave: a load read right that leaves no more does without them.
+_AS_WELL = 1.1
 
 
 def _frequency_hz(path: PathSpec) -> float | None:
@@ -20,14 +25,31 @@ def _frequency_hz(path: PathSpec) -> float | None:
 
 
 def without_echo(finding: Finding, earlier: Sequence[Finding]) -> Finding:
-    """The finding, or nothing missing where all it names is a disturbance that the pressure was found to have."""
-    problem = finding.problem
-    if problem.channel is not Channel.POSITION or finding.best.added != (PERIODIC,):
+    """The finding, or nothing missing where all it names is a ripple or an offset that the pressure has."""
+    named = [other for other in earlier if other.verdict is Verdict.NAMED]
+    if finding.problem.channel is not Channel.POSITION or finding.verdict is not Verdict.NAMED:
         return finding
-    own = _frequency_hz(finding.best.fit.path)
-    resolution = 1.0 / (len(problem.measured) * problem.simulator.sample_time_s)
-    for other in earlier:
-        heard = _frequency_hz(other.best.fit.path) if other.verdict is Verdict.NAMED else None
-        if own is not None and heard is not None and abs(own - heard) < resolution:
-            return replace(finding, verdict=Verdict.NOTHING_MISSING, best=finding.null, alternatives=(), excess=0.0)
+    if any(_rippled(finding, other) or _misread(finding, other) for other in named):
+        return replace(finding, verdict=Verdict.NOTHING_MISSING, best=finding.null, alternatives=(), excess=0.0)
     return finding
+
+
+def _rippled(finding: Finding, other: Finding) -> bool:
+    """Whether all that is named is a disturbance at the frequency of the pressure's."""
+    own, heard = _frequency_hz(finding.best.fit.path), _frequency_hz(other.best.fit.path)
+    resolution = 1.0 / finding.problem.length_s
+    return finding.best.added == (PERIODIC,) and own is not None and heard is not None and abs(own - heard) < resolution
+
+
+def _misread(finding: Finding, other: Finding) -> bool:
+    """Whether the position needs no effect where the pressure is less what its sensor may have read too high."""
+    path = other.best.fit.path
+    bias = next((e for e in path.effects if e.name == "bias" and e.name in other.best.added), None)
+    simulator = finding.problem.simulator
+    if bias is None or not len(simulator.load_pa) or path.denominator[-1] == 0.0:
+        return False
+    high_pa = path.scale * path.gain * path.numerator[-1] / path.denominator[-1] * bias.parameters["bias_v"]
+    right = replace(finding.problem, simulator=replace(simulator, load_pa=simulator.load_pa - high_pa))
+    nominal = finding.null.fit.path
+    fit = fit_null(Bench(right, nominal_terms(nominal, right.signal)), nominal).fit
+    return fit.rss <= _AS_WELL * finding.best.fit.rss

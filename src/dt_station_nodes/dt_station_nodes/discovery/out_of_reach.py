@@ -1,15 +1,15 @@
-"""Ends of a piston's way that a run does not come to: where another run meets them, if it does."""
+"""Ends of a piston's way or of a valve's range that a run does not come to: where another run meets them, if at all."""
 
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.models.effects import registry
+from ..core.models.effects import Effect, registry
 from .candidates import stop_starts
 from .fit import least_squares
 from .hypothesis_fit import Fit
-from .problem import Problem
+from .problem import Problem, unit_of
 from .terms import Hypothesis
 from .unseen import unseen_residual
 
@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 # A run that is explained within this of its noise says nothing more.
 _EXPLAINED = 1.2
 _STEPS = 6
+NEVER = 1e6  # a neutral value beyond it: an effect that acts from nowhere on
 
 
 def _power(check: Problem, fit: Fit) -> float:
@@ -31,11 +32,27 @@ def _moved(fit: Fit, index: int, value: float) -> Fit:
     return replace(fit, path=fit.hypothesis.path_at(x), fitted=replace(fit.fitted, x=x))
 
 
+def _is_end(effect: Effect, name: str, check: Problem) -> bool:
+    """Whether a number says from where on an effect acts: an end of a piston's way, or of what a valve lets through."""
+    if name in effect.between:
+        return check.windows.anchored
+    return abs(effect.parameter(name).neutral) >= NEVER
+
+
+def _places(check: Problem, fit: Fit, name: str, end: str) -> list[float]:
+    """Where an end may be met, as far as the other run comes."""
+    parameter = registry()[name].parameter(end)
+    if end in registry()[name].between:
+        return stop_starts(check, fit.path, parameter)
+    unit = unit_of(check, parameter, None)
+    return [start * unit for start in parameter.starts]
+
+
 def _met(check: Problem, fit: Fit, index: int) -> Fit:
     """The fit with an end where the other run meets it best."""
     term = fit.hypothesis.terms[index]
     name = fit.path.effects[term.effect].name
-    starts = stop_starts(check, fit.path, registry()[name].parameter(term.name))
+    starts = _places(check, fit, name, term.name)
     alone = Hypothesis(fit.path, (replace(term, lower=min(starts), upper=max(starts)),))
 
     def residuals(x: Array) -> Array:
@@ -52,10 +69,10 @@ def ends_elsewhere(check: Problem, fit: Fit) -> Fit:
 
     The run says nothing of them, so what it leaves stays as it is.
     """
-    for index in np.flatnonzero(fit.fitted.idle) if check.windows.anchored else ():
+    for index in np.flatnonzero(fit.fitted.idle):
         term = fit.hypothesis.terms[index]
         effect = registry()[fit.path.effects[term.effect].name] if term.effect >= 0 else None
-        if effect is None or term.name not in effect.between:
+        if effect is None or not _is_end(effect, term.name, check):
             continue
         away = _moved(fit, int(index), effect.parameter(term.name).neutral)
         tried = [(_power(check, one), one) for one in (fit, away)]

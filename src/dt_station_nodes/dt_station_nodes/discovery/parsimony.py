@@ -18,8 +18,6 @@ _BEHIND = 80.0
 _MOST = 8
 # A refinement that changes nothing goes.
 _SAME = 0.01
-# A limit out of reach has no value that says so, but one beyond all.
-_FAR = 1e6
 
 
 def _set(path: PathSpec, effect: int, name: str, value: float) -> PathSpec:
@@ -83,6 +81,11 @@ def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explan
     return None
 
 
+def _same(bench: Bench, one: PathSpec, other: PathSpec) -> bool:
+    """Whether two paths are one on both runs: an end that this one does not come to may be told by the other."""
+    return all(np.array_equal(problem.residual(one), problem.residual(other)) for problem in bench.problems)
+
+
 def _rested(bench: Bench, explanation: Explanation) -> Explanation:
     """The explanation with numbers that do nothing at the value that says so."""
     fit = explanation.fit
@@ -94,7 +97,7 @@ def _rested(bench: Bench, explanation: Explanation) -> Explanation:
         own = path.effects[term.effect].name
         neutral = registry()[own].parameter(term.name).neutral
         rested = _set(path, term.effect, term.name, neutral)
-        if abs(neutral) < _FAR and np.array_equal(bench.problem.residual(rested), fit.residual):
+        if _same(bench, path, rested):
             path = rested
             freed[own] = tuple(p for p in freed.get(own, ()) if p != term.name)
     if path is fit.path:

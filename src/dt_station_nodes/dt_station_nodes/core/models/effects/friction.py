@@ -71,7 +71,7 @@ EFFECT = Effect(
             (0.0, 0.05),
             optional=True,
         ),
-        Parameter("stribeck_velocity", Quantity.VELOCITY, "Stribeck velocity", 0.0, 1.0, (0.05,), optional=True),
+        Parameter("stribeck_velocity", Quantity.VELOCITY, "Stribeck velocity", 0.0, 0.3, (0.05,), optional=True),
         Parameter(
             "asymmetry",
             Quantity.RATIO,
@@ -105,7 +105,7 @@ EFFECT = Effect(
             Quantity.VELOCITY,
             "velocity at which the contact slips: below it creeps, where no bristles hold it; 0: it sticks",
             0.0,
-            0.5,
+            0.1,
             (0.03,),
             optional=True,
         ),

@@ -45,8 +45,8 @@ def _limited(p: Doubles, value: float, unit: float) -> float:
     """What gets through of a value whose limits are in multiples of `unit`."""
     upper, lower, rounding = p[0] * unit, p[1] * unit, p[2] * unit
     if p[3] > 1e-3:
-        limit = upper if value > 0.0 else lower
-        if limit * value > 0.0:
+        limit = upper if value >= 0.0 else lower
+        if limit * value >= 0.0 and limit != 0.0:
             return value * (1.0 + (value / limit) ** (1.0 / p[3])) ** -p[3]
     if rounding > 1e-12 * unit:
         a = (value - lower) / rounding
