@@ -7,7 +7,7 @@ import pytest
 from dt_station_nodes.cli.app import main
 from dt_station_nodes.records import load_run
 
-pytestmark = pytest.mark.timeout(300)
+pytestmark = pytest.mark.timeout(600)
 
 
 def test_the_running_twin_takes_what_experiments_found_and_its_gap_falls(tmp_path, capfd):

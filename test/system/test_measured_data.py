@@ -10,7 +10,7 @@ from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
 from dt_station_nodes.nodes.configuration import find_config
 from dt_station_nodes.records import load_run
 
-pytestmark = [pytest.mark.measured, pytest.mark.timeout(400)]
+pytestmark = [pytest.mark.measured, pytest.mark.timeout(900)]
 
 FORCE_N_PER_V = 35.15065
 COULOMB_N = 20.39
