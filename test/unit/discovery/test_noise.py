@@ -53,6 +53,12 @@ def test_movement_as_quick_as_its_samples_is_no_noise() -> None:
     assert driven_noise(measured, voltage) < 0.2 * np.std(measured)
 
 
+def test_what_a_loop_answers_to_its_noise_foretells_no_noise() -> None:
+    noise = np.random.default_rng(11).standard_normal(2000)
+    measured = np.sin(0.01 * np.arange(2000)) + noise
+    assert driven_noise(measured, -3.0 * measured) > 0.9
+
+
 def test_of_what_moves_slowly_the_noise_is_that_of_its_differences() -> None:
     voltage = np.sin(0.01 * np.arange(2000))
     measured = voltage + 0.01 * np.random.default_rng(6).standard_normal(2000)

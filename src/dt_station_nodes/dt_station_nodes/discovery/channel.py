@@ -172,9 +172,8 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         peers = [p for p in rivals if p[0] > SAME or certain(p[1], measure)]
         # Several effects that need nominal parameters further off than one of them have to explain all of it.
         parts = [e for _, e in scored if len(e.added) == 1 and set(e.added) < set(best.added)]
-        few = (
-            len(best.added) == 1 or not measure.bent(best) or any(best.fit.penalty <= e.fit.penalty for e in parts[:1])
-        )
+        further = measure.bent(best) and all(best.fit.penalty > e.fit.penalty for e in parts[:1])
+        few = len(best.added) == 1 or not further
         share = ROUGH_SHARE if measure.rough else (LEFT_SHARE if few else BENT_SHARE)
         others = [(behind, e) for behind, e in scored if not set(best.added) <= set(e.added)]
         if few and not measure.rough and min(measure.left(e) for e in known) > NOBODY_LEAVES * left:

@@ -54,9 +54,10 @@ def quantisation_step(signal: Array) -> float:
 
 
 def driven_noise(measured: Array, voltage: Array) -> float:
-    """The same of a signal (n,) driven by a voltage (n,): no more than what the last voltages cannot foretell.
+    """Standard deviation of the white part of a signal (n,): at most what the voltages (n,) before cannot foretell.
 
-    Where a signal moves as fast as it is sampled its differences are movement, not noise.
+    Where a signal moves as fast as it is sampled its differences are movement, not noise. The voltage of a sample's own
+    time acts after it; in a loop it answers the sample's noise.
     """
     white = difference_noise(measured)
     if white < _FAST * float(np.std(measured)) or not np.ptp(voltage) > 0.0:
@@ -64,13 +65,13 @@ def driven_noise(measured: Array, voltage: Array) -> float:
     scaled = (voltage - voltage.mean()) / float(np.std(voltage))
     shapes = np.array([scaled, np.abs(scaled), scaled**2, scaled**3])
     count = len(measured) - _PAST
-    past = [row[_PAST - lag : len(measured) - lag] for lag in range(_PAST + 1) for row in shapes]
+    past = [row[_PAST - lag : len(measured) - lag] for lag in range(1, _PAST + 1) for row in shapes]
     known = np.column_stack([np.ones(count), *past])
     for order in (0, 1):
         target = np.diff(measured, order)[_PAST - order :]
         left = target - known @ np.linalg.lstsq(known, target, rcond=None)[0]
         spare = max(count - known.shape[1], 1)
-        white = min(white, float(np.sqrt(left @ left / spare / (1 + order))))
+        white = min(white, float(np.sqrt(left @ left / spare)))
     return white
 
 

@@ -43,7 +43,7 @@ def other_dynamics(problem: Problem, best: Explanation, floor: float) -> str:
         return ""
     past = min(_PAST, len(left) // 20)
     count = len(left) - past
-    driven = np.column_stack([np.diff(voltage)[past - lag : len(left) - lag] for lag in range(past + 1)])
+    driven = np.column_stack([np.diff(voltage)[past - lag : len(left) - lag] for lag in range(1, past + 1)])
     rest = left[past:] - driven @ np.linalg.lstsq(driven, left[past:], rcond=None)[0]
     unexplained = float(rest @ rest) / max(count - past, 1) * count
     return _OTHER_ORDER if unexplained < _MOSTLY_LINEAR * float(left[past:] @ left[past:]) else ""
