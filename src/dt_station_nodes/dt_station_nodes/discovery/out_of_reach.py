@@ -67,12 +67,15 @@ def _met(check: Problem, fit: Fit, index: int) -> Fit:
 def ends_elsewhere(check: Problem, fit: Fit) -> Fit:
     """The fit with the ends out of its run's reach where they explain the other run best: nowhere, or where it stops.
 
-    The run says nothing of them, so what it leaves stays as it is.
+    The run says nothing of them, so what it leaves stays as it is. An effect of which it says nothing at all is not
+    its to tell: the runs have to change places.
     """
+    terms = fit.hypothesis.terms
+    shown = {term.effect for term, idle in zip(terms, fit.fitted.idle, strict=True) if not idle}
     for index in np.flatnonzero(fit.fitted.idle):
-        term = fit.hypothesis.terms[index]
+        term = terms[index]
         effect = registry()[fit.path.effects[term.effect].name] if term.effect >= 0 else None
-        if effect is None or not _is_end(effect, term.name, check):
+        if effect is None or term.effect not in shown or not _is_end(effect, term.name, check):
             continue
         away = _moved(fit, int(index), effect.parameter(term.name).neutral)
         tried = [(_power(check, one), one) for one in (fit, away)]

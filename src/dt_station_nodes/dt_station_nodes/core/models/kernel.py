@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from . import path_map as at
 from .compiled import (
     CONTEXT_SIZE,
     FREE_OUTPUT,
@@ -36,6 +37,7 @@ from .compiled import (
     STATIC_GAIN,
     SUBSTEP,
     TIME,
+    VELOCITY,
     VELOCITY_GAIN,
     Doubles,
     call_step,
@@ -43,47 +45,9 @@ from .compiled import (
     halfway,
     integers,
 )
-from .compiled import VELOCITY as VELOCITY_NOW
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-# Places in a path's `places`; those from A on are offsets into its `numbers`.
-STATES = 0  # number n of linear states
-AWAY_STATES = 1  # number m of disturbance states
-INPUT_END = 2  # effects before it act on the input,
-STATE_END = 3  # those before it inside the path,
-EFFECTS = 4  # the rest, up to this number, on the output
-A = 5  # (n, n) by rows
-B = 6  # (n,)
-E = 7  # (n,)
-C = 8  # (n,)
-VELOCITY = 9  # (n,)
-AWAY_A = 10  # (m, m) by rows; the disturbance path's input is in Pa
-AWAY_B = 11  # (m,)
-AWAY_C = 12  # (m,)
-AWAY_VELOCITY = 13  # (m,)
-PARAMETERS = 14
-STATE_AT = 15  # offset of the path's linear states in the state; then disturbance states, then effects' memory
-PRESENT = 16  # 0: an absent path, whose steps are spared
-PER_EFFECT = 17  # then three places an effect: address, parameters' offset, memory's offset
-
-# The first numbers of a path.
-DIRECT = 0  # output per volt, at once
-DIRECT_VELOCITY = 1
-AWAY_DIRECT = 2  # output per Pa, at once
-AWAY_DIRECT_VELOCITY = 3
-GAIN_VELOCITY = 4  # free velocity at the sub-step's end per volt
-GAIN_OUTPUT = 5  # free output at the sub-step's end per volt
-GAIN_INJECTION = 6  # free output at the sub-step's end per injection
-GAIN_INJECTED_VELOCITY = 7
-REST_OUTPUT = 8  # SI
-DECAY = 9  # of what is injected, 1/s
-INLET_DECAY = 10  # of the store before, 1/s
-STATIC = 11  # output per volt at rest
-SETTLING = 12  # one over the mean lag, 1/s
-SPEED = 13  # velocity per volt in steady motion
-HEADER = 14
 
 
 @njit(cache=True, _nrt=False, forceinline=True)
@@ -106,18 +70,18 @@ def _advance(a: Doubles, b: Doubles, u: float, x: Doubles, n: int, after: Double
 
 @njit(cache=True, _nrt=False, forceinline=True)
 def _effect(numbers: int, places: Integers, k: int, state: int, value: float, context: int) -> float:
-    at = PER_EFFECT + 3 * k
-    return call_step(places[at], numbers + 8 * places[at + 1], state + 8 * places[at + 2], value, context)
+    place = at.PER_EFFECT + 3 * k
+    return call_step(places[place], numbers + 8 * places[place + 1], state + 8 * places[place + 2], value, context)
 
 
 @njit(cache=True, _nrt=False)
 def _constants(numbers: Doubles, context: Doubles) -> None:
     """What a path's effects are told that never changes."""
-    context[VELOCITY_GAIN], context[INJECTION_GAIN] = numbers[GAIN_VELOCITY], numbers[GAIN_INJECTION]
-    context[OUTLET_RATE], context[INLET_RATE] = numbers[DECAY], numbers[INLET_DECAY]
-    context[STATIC_GAIN], context[SETTLING_RATE] = numbers[STATIC], numbers[SETTLING]
-    context[OUTPUT_REST], context[SPEED_GAIN] = numbers[REST_OUTPUT], numbers[SPEED]
-    context[OUTPUT_GAIN] = numbers[GAIN_OUTPUT]
+    context[VELOCITY_GAIN], context[INJECTION_GAIN] = numbers[at.GAIN_VELOCITY], numbers[at.GAIN_INJECTION]
+    context[OUTLET_RATE], context[INLET_RATE] = numbers[at.DECAY], numbers[at.INLET_DECAY]
+    context[STATIC_GAIN], context[SETTLING_RATE] = numbers[at.STATIC], numbers[at.SETTLING]
+    context[OUTPUT_REST], context[SPEED_GAIN] = numbers[at.REST_OUTPUT], numbers[at.SPEED]
+    context[OUTPUT_GAIN] = numbers[at.GAIN_OUTPUT]
 
 
 @njit(cache=True, _nrt=False)
@@ -126,27 +90,29 @@ def _inside(
 ) -> float:
     """Advance the linear states through the effects inside the path; the voltage they leave."""
     numbers, context = doubles(numbers_at), doubles(context_at)
-    n, m = places[STATES], places[AWAY_STATES]
-    x, x_next = doubles(now_at + 8 * places[STATE_AT]), doubles(then_at + 8 * places[STATE_AT])
-    xd, xd_next = doubles(now_at + 8 * (places[STATE_AT] + n)), doubles(then_at + 8 * (places[STATE_AT] + n))
-    c = doubles(numbers_at + 8 * places[C])
-    velocity = doubles(numbers_at + 8 * places[VELOCITY])
-    away_c = doubles(numbers_at + 8 * places[AWAY_C])
-    away_velocity = doubles(numbers_at + 8 * places[AWAY_VELOCITY])
+    n, m = places[at.STATES], places[at.AWAY_STATES]
+    x, x_next = doubles(now_at + 8 * places[at.STATE_AT]), doubles(then_at + 8 * places[at.STATE_AT])
+    xd, xd_next = doubles(now_at + 8 * (places[at.STATE_AT] + n)), doubles(then_at + 8 * (places[at.STATE_AT] + n))
+    c = doubles(numbers_at + 8 * places[at.C])
+    velocity = doubles(numbers_at + 8 * places[at.VELOCITY])
+    away_c = doubles(numbers_at + 8 * places[at.AWAY_C])
+    away_velocity = doubles(numbers_at + 8 * places[at.AWAY_VELOCITY])
     context[STAGE] = 1.0
     context[OUTPUT] = _dot(c, x, n) + _dot(away_c, xd, m)
-    context[VELOCITY_NOW] = _dot(velocity, x, n)
-    context[LOAD_VELOCITY] = numbers[AWAY_DIRECT_VELOCITY] * load + _dot(away_velocity, xd_next, m)
-    b = doubles(numbers_at + 8 * places[B])
-    e = doubles(numbers_at + 8 * places[E])
-    _advance(doubles(numbers_at + 8 * places[A]), b, 0.0, x, n, x_next)
-    context[LOAD_OUTPUT] = numbers[AWAY_DIRECT] * load + _dot(away_c, xd_next, m)
+    context[VELOCITY] = _dot(velocity, x, n)
+    context[LOAD_VELOCITY] = numbers[at.AWAY_DIRECT_VELOCITY] * load + _dot(away_velocity, xd_next, m)
+    b = doubles(numbers_at + 8 * places[at.B])
+    e = doubles(numbers_at + 8 * places[at.E])
+    _advance(doubles(numbers_at + 8 * places[at.A]), b, 0.0, x, n, x_next)
+    context[LOAD_OUTPUT] = numbers[at.AWAY_DIRECT] * load + _dot(away_c, xd_next, m)
     drift = _dot(c, x_next, n) + context[LOAD_OUTPUT]
     drift_velocity = _dot(velocity, x_next, n) + context[LOAD_VELOCITY]
-    for k in range(places[INPUT_END], places[STATE_END]):
+    for k in range(places[at.INPUT_END], places[at.STATE_END]):
         flow = context[INJECTION]
-        context[FREE_OUTPUT] = drift + numbers[GAIN_OUTPUT] * u + numbers[GAIN_INJECTION] * flow
-        context[FREE_VELOCITY] = drift_velocity + numbers[GAIN_VELOCITY] * u + numbers[GAIN_INJECTED_VELOCITY] * flow
+        context[FREE_OUTPUT] = drift + numbers[at.GAIN_OUTPUT] * u + numbers[at.GAIN_INJECTION] * flow
+        context[FREE_VELOCITY] = (
+            drift_velocity + numbers[at.GAIN_VELOCITY] * u + numbers[at.GAIN_INJECTED_VELOCITY] * flow
+        )
         if context[OWN_LOAD] > 0.0:
             context[LOAD] = halfway(context)
         u = _effect(numbers_at, places, k, state_at, u, context_at)
@@ -169,32 +135,32 @@ def _substep(
 ) -> float:
     """Advance one path by one sub-step; the output above rest at its end, output effects applied."""
     numbers, context = doubles(numbers_at), doubles(context_at)
-    n, m = places[STATES], places[AWAY_STATES]
-    x, x_next = doubles(now_at + 8 * places[STATE_AT]), doubles(then_at + 8 * places[STATE_AT])
-    xd, xd_next = doubles(now_at + 8 * (places[STATE_AT] + n)), doubles(then_at + 8 * (places[STATE_AT] + n))
+    n, m = places[at.STATES], places[at.AWAY_STATES]
+    x, x_next = doubles(now_at + 8 * places[at.STATE_AT]), doubles(then_at + 8 * places[at.STATE_AT])
+    xd, xd_next = doubles(now_at + 8 * (places[at.STATE_AT] + n)), doubles(then_at + 8 * (places[at.STATE_AT] + n))
     u = voltage
-    if places[EFFECTS] > 0:
+    if places[at.EFFECTS] > 0:
         context[RAW_INPUT] = voltage
         context[LOAD] = load
-        if context[OWN_LOAD] > 0.0 and numbers[DIRECT_VELOCITY] == 0.0:
-            context[LOAD] += 0.5 * context[SUBSTEP] * _dot(doubles(numbers_at + 8 * places[VELOCITY]), x, n)
+        if context[OWN_LOAD] > 0.0 and numbers[at.DIRECT_VELOCITY] == 0.0:
+            context[LOAD] += 0.5 * context[SUBSTEP] * _dot(doubles(numbers_at + 8 * places[at.VELOCITY]), x, n)
         context[INJECTION] = 0.0
         context[STAGE] = 0.0
-        for k in range(places[INPUT_END]):
+        for k in range(places[at.INPUT_END]):
             u = _effect(numbers_at, places, k, state_at, u, context_at)
     if m > 0:
-        away_a, away_b = doubles(numbers_at + 8 * places[AWAY_A]), doubles(numbers_at + 8 * places[AWAY_B])
+        away_a, away_b = doubles(numbers_at + 8 * places[at.AWAY_A]), doubles(numbers_at + 8 * places[at.AWAY_B])
         _advance(away_a, away_b, load, xd, m, xd_next)
-    if places[STATE_END] > places[INPUT_END]:
+    if places[at.STATE_END] > places[at.INPUT_END]:
         u = _inside(numbers_at, places, state_at, u, load, context_at, now_at, then_at)
     else:
-        _advance(doubles(numbers_at + 8 * places[A]), doubles(numbers_at + 8 * places[B]), u, x, n, x_next)
-    y = _dot(doubles(numbers_at + 8 * places[C]), x_next, n) + numbers[DIRECT] * u
+        _advance(doubles(numbers_at + 8 * places[at.A]), doubles(numbers_at + 8 * places[at.B]), u, x, n, x_next)
+    y = _dot(doubles(numbers_at + 8 * places[at.C]), x_next, n) + numbers[at.DIRECT] * u
     if m > 0:
-        y += numbers[AWAY_DIRECT] * load + _dot(doubles(numbers_at + 8 * places[AWAY_C]), xd_next, m)
-    if places[EFFECTS] > places[STATE_END]:
+        y += numbers[at.AWAY_DIRECT] * load + _dot(doubles(numbers_at + 8 * places[at.AWAY_C]), xd_next, m)
+    if places[at.EFFECTS] > places[at.STATE_END]:
         context[STAGE] = 2.0
-        for k in range(places[STATE_END], places[EFFECTS]):
+        for k in range(places[at.STATE_END], places[at.EFFECTS]):
             y = _effect(numbers_at, places, k, state_at, y, context_at)
     return y
 
@@ -223,7 +189,7 @@ def run(
     """
     substeps, n = int(timing[1]), voltages.shape[0]
     h = timing[0] / substeps
-    rest = pressure[REST_OUTPUT]
+    rest = pressure[at.REST_OUTPUT]
     first, second = pressure.ctypes.data, position.ctypes.data
     first_places, second_places = integers(pressure_places.ctypes.data), integers(position_places.ctypes.data)
     memory, now, then = state.ctypes.data, state.ctypes.data, scratch.ctypes.data
@@ -233,14 +199,14 @@ def run(
         context[half + SUBSTEP], context[half + REST] = h, rest
         _constants(doubles(path.ctypes.data), doubles(context.ctypes.data + 8 * half))
     for i in range(n):
-        outputs[i, 0], outputs[i, 1] = state[1] + rest, state[2] + position[REST_OUTPUT]
+        outputs[i, 0], outputs[i, 1] = state[1] + rest, state[2] + position[at.REST_OUTPUT]
         context[OTHER_INPUT], context[CONTEXT_SIZE + OTHER_INPUT] = voltages[i, 1], voltages[i, 0]
         for j in range(substeps):
             context[TIME] = context[CONTEXT_SIZE + TIME] = state[0] * timing[0] + j * h
             before = state[1]
-            if first_places[PRESENT]:
+            if first_places[at.PRESENT]:
                 state[1] = _substep(first, first_places, memory, voltages[i, 0], before, first_context, now, then)
-            if second_places[PRESENT]:
+            if second_places[at.PRESENT]:
                 if measured.size > 0:
                     load = measured[i] - rest
                     if timing[2] > 0.0 and i + 1 < measured.size:
@@ -253,5 +219,5 @@ def run(
         state[0] += 1.0
     if now != memory:
         for places in (pressure_places, position_places):
-            for i in range(places[STATES] + places[AWAY_STATES]):
-                state[places[STATE_AT] + i] = scratch[places[STATE_AT] + i]
+            for i in range(places[at.STATES] + places[at.AWAY_STATES]):
+                state[places[at.STATE_AT] + i] = scratch[places[at.STATE_AT] + i]

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from . import kernel
+from . import path_map
 from .linear import Coefficients, LinearPath, discretise
 from .spec import Outlet
 
@@ -21,7 +21,7 @@ class LaidOut:
     """A discretised path and its disturbance path as the kernel reads them.
 
     `numbers` (shared: read only) holds everything but the rest value; `at` where each part begins, from
-    `kernel.A` on, last where the first effect's parameters go.
+    `path_map.A` on, last where the first effect's parameters go.
     """
 
     linear: LinearPath
@@ -31,20 +31,20 @@ class LaidOut:
 
 
 def _filled(linear: LinearPath, away: LinearPath) -> LaidOut:
-    header = np.zeros(kernel.HEADER)
-    header[kernel.DIRECT] = linear.d
-    header[kernel.DIRECT_VELOCITY] = linear.velocity_direct
-    header[kernel.AWAY_DIRECT] = away.d
-    header[kernel.AWAY_DIRECT_VELOCITY] = away.velocity_direct
-    header[kernel.GAIN_VELOCITY] = linear.velocity @ linear.b + linear.velocity_direct
-    header[kernel.GAIN_OUTPUT] = linear.c @ linear.b + linear.d
-    header[kernel.GAIN_INJECTION] = linear.c @ linear.e
-    header[kernel.GAIN_INJECTED_VELOCITY] = linear.velocity @ linear.e
-    header[kernel.DECAY] = linear.outlet_rate
-    header[kernel.INLET_DECAY] = linear.inlet_rate
-    header[kernel.STATIC] = linear.static_gain
-    header[kernel.SETTLING] = linear.settling_rate
-    header[kernel.SPEED] = linear.speed_gain
+    header = np.zeros(path_map.HEADER)
+    header[path_map.DIRECT] = linear.d
+    header[path_map.DIRECT_VELOCITY] = linear.velocity_direct
+    header[path_map.AWAY_DIRECT] = away.d
+    header[path_map.AWAY_DIRECT_VELOCITY] = away.velocity_direct
+    header[path_map.GAIN_VELOCITY] = linear.velocity @ linear.b + linear.velocity_direct
+    header[path_map.GAIN_OUTPUT] = linear.c @ linear.b + linear.d
+    header[path_map.GAIN_INJECTION] = linear.c @ linear.e
+    header[path_map.GAIN_INJECTED_VELOCITY] = linear.velocity @ linear.e
+    header[path_map.DECAY] = linear.outlet_rate
+    header[path_map.INLET_DECAY] = linear.inlet_rate
+    header[path_map.STATIC] = linear.static_gain
+    header[path_map.SETTLING] = linear.settling_rate
+    header[path_map.SPEED] = linear.speed_gain
     blocks = [header, linear.a.ravel(), linear.b, linear.e, linear.c, linear.velocity]
     blocks += [away.a.ravel(), away.b, away.c, away.velocity]
     at = np.cumsum([block.size for block in blocks])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import kernel
+from . import path_map
 from .effects import Attachment, Effect, registry
 from .layout import NOTHING, LaidOut, lay_out
 from .linear import Coefficients, LinearPath
@@ -71,23 +71,23 @@ def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath
     n, m = fixed.linear.b.size, fixed.away_states
 
     parameters = [_numbers(effect, given) for _, effect, given in stages]
-    places = np.zeros(kernel.PER_EFFECT + 3 * len(stages), dtype=np.int64)
-    places[kernel.STATES], places[kernel.AWAY_STATES] = n, m
-    places[kernel.INPUT_END] = attached.count(Attachment.INPUT)
-    places[kernel.STATE_END] = places[kernel.INPUT_END] + attached.count(Attachment.STATE)
-    places[kernel.EFFECTS] = len(stages)
-    places[kernel.A : kernel.PARAMETERS + 1] = fixed.at
-    places[kernel.STATE_AT] = state_at
-    places[kernel.PRESENT] = path is not None
+    places = np.zeros(path_map.PER_EFFECT + 3 * len(stages), dtype=np.int64)
+    places[path_map.STATES], places[path_map.AWAY_STATES] = n, m
+    places[path_map.INPUT_END] = attached.count(Attachment.INPUT)
+    places[path_map.STATE_END] = places[path_map.INPUT_END] + attached.count(Attachment.STATE)
+    places[path_map.EFFECTS] = len(stages)
+    places[path_map.A : path_map.PARAMETERS + 1] = fixed.at
+    places[path_map.STATE_AT] = state_at
+    places[path_map.PRESENT] = path is not None
     numbers_at, memory_at = fixed.numbers.size, state_at + n + m
     for k, ((_, effect, _), block) in enumerate(zip(stages, parameters, strict=True)):
-        place = kernel.PER_EFFECT + 3 * k
+        place = path_map.PER_EFFECT + 3 * k
         places[place : place + 3] = effect.step.address, numbers_at, memory_at
         numbers_at += block.size
         memory_at += effect.state_size
     numbers = np.concatenate([fixed.numbers, *parameters])
     rest = 0.0 if path is None else path.rest
-    numbers[kernel.REST_OUTPUT] = rest
+    numbers[path_map.REST_OUTPUT] = rest
     return PreparedPath(fixed.linear, numbers, places, state_at, memory_at - state_at, rest)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..channels import Channel
-from . import kernel
+from . import kernel, path_map
 from .brought_back import run_brought_back
 from .compiled import CONTEXT_SIZE
 from .effects import Attachment, registry
@@ -25,7 +25,7 @@ _NONE = np.zeros(0)
 def _absent(step_s: float, state_at: int, rest: float) -> PreparedPath:
     """The path that is not simulated: its rest value for ever."""
     nothing = prepare(None, step_s, state_at)
-    nothing.numbers[kernel.REST_OUTPUT] = rest
+    nothing.numbers[path_map.REST_OUTPUT] = rest
     return nothing
 
 
@@ -146,12 +146,12 @@ class PathSimulator:
             kernel.run(*given, voltages, load, np.zeros(2 * CONTEXT_SIZE), np.empty_like(state), outputs)
             return outputs[:, column].copy()
 
-        remembers = own.size > own.linear.b.size + int(own.places[kernel.AWAY_STATES])
+        remembers = own.size > own.linear.b.size + int(own.places[path_map.AWAY_STATES])
         if remembers and self.first_velocity is None:
             # Lags, delays and loops remember the voltage that held the path standing, not the first of the run.
             before = state.copy()
             run(np.full((1, 2), self._holding(path)), load[:1])
-            memory_at = own.state_at + own.linear.b.size + int(own.places[kernel.AWAY_STATES])
+            memory_at = own.state_at + own.linear.b.size + int(own.places[path_map.AWAY_STATES])
             state[:memory_at] = before[:memory_at]
         if beside is None:
             return run(self._voltages, load)
