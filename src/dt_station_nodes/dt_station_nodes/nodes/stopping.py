@@ -6,6 +6,8 @@ while, in an abort. Here the context stays whole until the loop has seen the wis
 
 import signal
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType, TracebackType
 from typing import Any
 
@@ -34,3 +36,15 @@ class StopSignal:
 
     def _on_signal(self, _number: int, _frame: FrameType | None) -> None:
         self.wanted = True
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """What is inside is not cut short: a wish to stop that comes meanwhile is a KeyboardInterrupt at its end.
+
+    Raised anywhere, as Python does by itself, it may be raised inside rclpy's C++, which aborts.
+    """
+    with StopSignal() as stop:
+        yield
+    if stop.wanted:
+        raise KeyboardInterrupt

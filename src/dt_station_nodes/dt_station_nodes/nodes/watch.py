@@ -17,6 +17,7 @@ from .dds_profile import use_profile
 from .qos import DIAGNOSTICS_READER, LATCHED
 from .scenario import NAMESPACE
 from .spinning import make_executor
+from .stopping import uninterrupted
 
 _LEVELS = {0: "ok", 1: "warn", 2: "error", 3: "stale"}
 _FIGURES = tuple(f"{channel}_{figure}" for channel in ("position", "pressure") for figure in ("ise", "rms", "fit"))
@@ -66,11 +67,19 @@ def observe(node: Node, observed: Observations) -> None:
 
 
 class Watch:
-    """A node of its own in a context of its own, spun by whoever holds it."""
+    """A node of its own in a context of its own, spun by whoever holds it; Ctrl-C waits for rclpy's calls to end."""
 
     def __init__(self, name: str = "dt_station_watch") -> None:
         self.observed = Observations()
         use_profile()
+        try:
+            with uninterrupted():
+                self._open(name)
+        except KeyboardInterrupt:
+            self.close()
+            raise
+
+    def _open(self, name: str) -> None:
         self._context = Context()
         rclpy.init(args=[], context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node(
@@ -91,16 +100,18 @@ class Watch:
         while (left := end - time.monotonic()) > 0.0:
             if until is not None and until():
                 return True
-            self._executor.spin_once(timeout_sec=min(left, 0.05))
+            with uninterrupted():
+                self._executor.spin_once(timeout_sec=min(left, 0.05))
         return until is not None and until()
 
     def close(self) -> None:
         """End the node; safe to call twice."""
         if self._context.ok():
-            self._executor.remove_node(self.node)
-            self._executor.shutdown()
-            self.node.destroy_node()
-            rclpy.shutdown(context=self._context)
+            with uninterrupted():
+                self._executor.remove_node(self.node)
+                self._executor.shutdown()
+                self.node.destroy_node()
+                rclpy.shutdown(context=self._context)
 
 
 def _number(text: str) -> Any:
