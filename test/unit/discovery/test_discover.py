@@ -186,3 +186,26 @@ def test_an_effect_that_only_the_validation_run_shows_is_found_there():
     assert fall < 0.1
     (turned,) = discover(large, spec, validation=small).effects
     assert turned.parameters["upper_v"].value == pytest.approx(limit, rel=1e-6)
+
+
+def test_what_the_validation_run_alone_tells_apart_is_found_there():
+    """Friction stands for overlap as well while the voltage only ramps; under steps they are two."""
+    path = only("position").paths[Channel.POSITION].model_copy(update={"disturbance": None})
+    spec = PAPER.model_copy(update={"paths": {Channel.POSITION: path}})
+    overlap = spec.with_effect(Channel.POSITION, "dead_zone", {"half_width_v": 0.6})
+    hidden = overlap.with_effect(Channel.POSITION, "friction", {"coulomb_v": 0.5}).paths[Channel.POSITION]
+
+    def run(voltage, seed):
+        simulator = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 0.0, 0.0)
+        noise = 1e-4 * np.random.default_rng(seed).standard_normal(len(voltage))
+        return Run(0.02, {"servo_voltage_v": voltage, "position_m": simulator.simulate(hidden) + noise})
+
+    levels = np.repeat(np.random.default_rng(5).uniform(-2.5, 2.5, 30), 30)
+    ramps = run(2.0 * signal.sawtooth(0.5 * np.pi * np.arange(900) * 0.02 + 0.5 * np.pi, 0.5), 1)
+    result = discover(ramps, spec, validation=run(levels - levels.mean(), 2))
+    told = {effect.name: effect.parameters for effect in result.effects}
+    assert set(told) == {"dead_zone", "friction"}
+    assert any("the validation run shows more" in note for note in result.data_notes)
+    assert told["friction"]["coulomb_v"].value == pytest.approx(0.5, rel=0.03)
+    assert told["dead_zone"]["half_width_v"].value == pytest.approx(0.6, rel=0.04)
+    assert [effect.name for effect in discover(ramps, spec).effects] == ["friction"]

@@ -13,7 +13,10 @@ from .result import Verdict
 from .selection import Explanation, Progress
 from .settings import DiscoverySettings
 from .unseen import shows_only
+from .verdict import LIKE_NOISE
 from .workers import Workers
+
+BETTER = 0.6  # times the noise, RMS, that the run's own answer leaves of the other: at most so much is another answer
 
 
 def unseen_problem(
@@ -38,24 +41,37 @@ def found_there(
     progress: Progress | None,
     workers: Workers,
 ) -> tuple[Finding, str]:
-    """The finding and what to say of it: that of the other run, where that alone shows what is missing.
+    """The finding and what to say of it: that of the other run, where that one shows what is missing, or more of it.
 
     The runs change places: effects are fitted to the one that shows them, the other must not contradict.
     """
     null = finding.null
-    quiet = finding.verdict is Verdict.UNEXPLAINED and not finding.interrupted
-    if unseen is None or not quiet or not shows_only(unseen, null.unseen, null.fit.residual, finding.sigma):
+    if unseen is None or finding.interrupted:
+        return finding, ""
+    silent = finding.verdict is Verdict.UNEXPLAINED and shows_only(
+        unseen, null.unseen, null.fit.residual, finding.sigma
+    )
+    if not silent and not _shows_more(finding):
         return finding, ""
     channel = finding.problem.channel.value
     there = examine(unseen, path, settings, progress, finding.problem, workers)
-    if there.verdict is not Verdict.NAMED:
+    if silent and there.verdict is not Verdict.NAMED:
         return finding, (
             f"{channel}: this run is as the model says, the validation run is not; "
             "discover that one and give this one with --validate"
         )
+    if not silent and (there.verdict is not Verdict.NAMED or max(there.over_noise) > BETTER * max(finding.over_noise)):
+        return finding, ""
     here = replace(there, problem=finding.problem, given=finding.given, null=null, sigma=finding.sigma)
-    note = f"{channel}: only the validation run shows what is missing; it was found there, this run bears it out"
-    return replace(here, best=_seen_on(finding.problem, there.best)), note
+    here = replace(here, over_noise=there.over_noise[::-1], best=_seen_on(finding.problem, there.best))
+    shows = "only the validation run shows" if silent else "the validation run shows more of"
+    return here, f"{channel}: {shows} what is missing; it was found there, this run bears it out"
+
+
+def _shows_more(finding: Finding) -> bool:
+    """Whether what was named explains this run far better than the other."""
+    over = finding.over_noise
+    return finding.verdict is Verdict.NAMED and len(over) > 1 and over[1] > LIKE_NOISE * over[0]
 
 
 def _seen_on(problem: Problem, explanation: Explanation) -> Explanation:
