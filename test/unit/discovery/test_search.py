@@ -131,6 +131,7 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
     apart = [c for c in library(Channel.POSITION) if c not in library(Channel.POSITION, apart=False)]
     assert [(c.name, c.at, c.required) for c in apart] == [
         ("asymmetric_gain", None, ("asymmetry", "centre_v", "through_zero")),
+        ("delay", None, ("delay_s", "dispersion")),
         ("hysteresis", None, ("half_width_v", "bouc_wen", "depth")),
         ("overflow", None, ("limit", "lower_limit", "standing")),
         ("rate_limit", None, ("rate_v_per_s", "asymmetry")),

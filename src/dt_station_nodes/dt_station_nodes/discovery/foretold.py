@@ -33,8 +33,8 @@ def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
     curvature = np.asarray(np.linalg.qr(fit.fitted.jacobian, mode="r"))
 
     def spread(power: float, of: Problem) -> float:
-        """Standard deviation of a residual, no less than what counts as nothing."""
-        return max(float(np.sqrt(power / len(of.measured))), of.sigma)
+        """Standard deviation of a residual, and what counts as nothing."""
+        return float(np.sqrt(power / len(of.measured) + of.negligible**2))
 
     def cost(run: float, other: float) -> float:
         """Twice the negative log-likelihood, each run with a variance of its own."""

@@ -27,6 +27,8 @@ class Growth:
         # Rough data have few samples and shallow minima: all that is fitted is fitted in its refined form too.
         self._finest = MOST if bench.rough else FINEST
         self._grown: dict[tuple[str, ...], Explanation] = {}
+        self._exchanged: dict[tuple[str, ...], Explanation] = {}
+        self._lessened: dict[tuple[str, ...], Explanation] = {}
 
     def run(self) -> None:
         """A larger set may find a better form of a smaller one: then another round grows from that."""
@@ -49,8 +51,13 @@ class Growth:
     def _old(self, leader: Explanation, measure: Measure) -> bool:
         if len(leader.added) >= self._most_effects or not self._worth_more(leader, measure):
             return True
-        before = self._grown.get(tuple(sorted(leader.added)))
-        return before is not None and measure.score(before) - measure.score(leader) < _ANEW
+        return self._done(self._grown, leader, measure)
+
+    @staticmethod
+    def _done(before: dict[tuple[str, ...], Explanation], explanation: Explanation, measure: Measure) -> bool:
+        """Whether the same was done with a set of these names that was about as good."""
+        former = before.get(tuple(sorted(explanation.added)))
+        return former is not None and measure.score(former) - measure.score(explanation) < _ANEW
 
     def _worth_more(self, leader: Explanation, measure: Measure) -> bool:
         # A form outside the vocabulary that leaves nothing ends the search too: more names would only mimic it.
@@ -91,23 +98,27 @@ class Growth:
 
     def _lost(self, explanations: list[Explanation], measure: Measure) -> bool:
         """Whether all of them miss so much of the run that what they call it would not be believed, nor a name more."""
-        least = (MISSES * self._bench.problem.signal) ** 2
-        return not measure.rough and all(measure.gaps(e)[0] > least for e in explanations)
+        return not measure.rough and all(measure.missed(e) > MISSES for e in explanations)
 
     def _exchange(self) -> None:
         measure = take_measure(self._bench, self._known)
         leaders = self._leaders(measure)
         larger = [e for e in leaders if len(e.added) > 1]
+        if not larger or self._done(self._exchanged, larger[0], measure):
+            return
         # Beside an effect that does nothing, those in place of the other are the single ones, known already.
-        if larger and not (len(leaders[0].added) == 1 and _idle(larger[0], leaders[0], measure)):
+        if not (len(leaders[0].added) == 1 and _idle(larger[0], leaders[0], measure)):
+            self._exchanged[tuple(sorted(larger[0].added))] = larger[0]
             self._learn(exchange(self._bench, larger[0], MOST, self._finest, self._reached()), measure)
             self._known[:] = distinct(self._bench, self._known)
 
     def _reduce(self) -> None:
         for size in range(self._most_effects, 1, -1):
             measure = take_measure(self._bench, self._known)
-            larger = [e for e in self._leaders(measure) if len(e.added) == size]
-            self._known[:] = distinct(self._bench, [*self._known, *reduced(self._bench, larger[:BEAM])])
+            larger = [e for e in self._leaders(measure) if len(e.added) == size][:BEAM]
+            larger = [e for e in larger if not self._done(self._lessened, e, measure)]
+            self._lessened.update({tuple(sorted(e.added)): e for e in larger})
+            self._known[:] = distinct(self._bench, [*self._known, *reduced(self._bench, larger)])
 
     def _reached(self) -> float:
         return min(e.fit.fitted.cost for e in self._known)

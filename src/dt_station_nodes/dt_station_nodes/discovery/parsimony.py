@@ -49,16 +49,18 @@ def _doubtful(explanation: Explanation, measure: Measure) -> list[tuple[int, str
 
 
 def _plain(explanation: Explanation, doubtful: list[tuple[int, str, float]]) -> list[list[tuple[int, str, float]]]:
-    """All doubtful refinements of an effect at once, each at its nearest plain value; where it has several."""
+    """All doubtful refinements of an effect at once, each at its nearest plain value or doing nothing; if several."""
     found = []
     for effect, spec in enumerate(explanation.fit.path.effects):
         nearest: dict[str, float] = {}
+        neutral = {name: registry()[spec.name].parameter(name).neutral for i, name, _ in doubtful if i == effect}
         for _, name, value in (one for one in doubtful if one[0] == effect):
             here = spec.parameters[name]
             if name not in nearest or abs(value - here) < abs(nearest[name] - here):
                 nearest[name] = value
         if len(nearest) > 1:
-            found.append([(effect, name, value) for name, value in nearest.items()])
+            values = [nearest] if nearest == neutral else [nearest, neutral]
+            found += [[(effect, name, value) for name, value in one.items()] for one in values]
     return found
 
 

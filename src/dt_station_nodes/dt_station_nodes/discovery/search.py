@@ -26,6 +26,7 @@ from .terms import Hypothesis
 
 Array = NDArray[np.float64]
 
+SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
 SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
 
 
@@ -161,9 +162,9 @@ def _known(bench: Bench, done: Sequence[_Task]) -> list[Explanation]:
     return [task.seen for task in done if task.seen is not None and (task.seen.held or not bench.rough)]
 
 
-def _against(tasks: Sequence[_Task]) -> list[_Task]:
-    """Tasks to be held against the best of them."""
-    limit = SETTLED * min((form.fit.fitted.cost for task in tasks for form in _forms(task)), default=np.inf)
+def _against(tasks: Sequence[_Task], times: float = SETTLED) -> list[_Task]:
+    """Tasks to be held against the best of them, `times` its cost."""
+    limit = times * min((form.fit.fitted.cost for task in tasks for form in _forms(task)), default=np.inf)
     return [replace(task, rival=min(limit, task.rival)) for task in tasks]
 
 
@@ -191,6 +192,8 @@ def scan(
     pool = library(bench.problem.channel, apart=not bench.rough)
     tasks = [_Task(base, c, rival=SETTLED * reached) for base in bases for c in pool if c.name not in base.added]
     chosen, _ = _best(_each(bench, _glance, tasks), most)
+    # A single effect may need all its way to be told from another; of larger sets far more are tried than can be one.
+    chosen = [task if not task.base.added else held for task, held in zip(chosen, _against(chosen, SEEN), strict=True)]
     finer, others = _best(_against(_each(bench, _plain, chosen)), finest)
     fitted = _each(bench, _settled, _against([*_each(bench, _refined, finer), *others]))
     found = [task.seen for task in fitted if task.seen is not None]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..core.channels import Channel
-from ..core.models.effects import Quantity
+from ..core.models.effects import Attachment, Quantity
 from .problem import Problem
 from .selection import Explanation
 
@@ -12,7 +12,8 @@ RINGING = 0.25  # damping up to which a mode rings however little it carries;
 LEAST_PEAK = 0.75  # one of more has to carry so much at its frequency, of what the path lets pass
 FEWEST_TURNS = 1.5  # in a run, of what swells or by which two tones come apart: less is one tone that grows or fades
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
-WIDEST_LOOP = 0.95  # of the voltage
+WIDEST_LOOP = 0.95  # of the voltage,
+MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
 QUICKEST_MODE = 0.39  # of the sampling frequency
 REACHED = 0.02  # of the run: less beyond a kink does not show it
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
@@ -22,6 +23,8 @@ BLUNTEST_BAND = 4.0  # times the half-width of one about a working voltage, the 
 HEARD = 3.0  # times the noise: a stop that is pressed against is not overrun
 OFTEN = 0.5  # of the run beyond a stop: what gives way so much is a leak
 WORKING = 0.5  # a valve that works about a voltage more than about 0 V
+MOST_OVERRIDE = 0.45  # share of what comes on top of a relief valve's limit that it leaves
+LEAST_PLAY = 0.2  # times the way gone in the time in which it closes
 MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
 
 
@@ -43,6 +46,10 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
         return False
     if "overflow" in explanation.added and problem.windows.anchored and not _stops(explanation, problem):
         return False
+    if "overflow" in explanation.added and not problem.windows.anchored and not _spills(explanation):
+        return False
+    if "backlash" in explanation.added and not _plays(explanation, problem):
+        return False
     if "leakage" in explanation.added and not _loses(explanation, problem.channel):
         return False
     return not ("asymmetric_gain" in explanation.added and _one_sided(explanation, problem))
@@ -57,9 +64,9 @@ def _regular(explanation: Explanation, problem: Problem) -> bool:
 
 
 def _passes(explanation: Explanation, problem: Problem) -> bool:
-    """Whether the voltage gets through a loop: one as wide as all of it lets nothing pass."""
+    """Whether the voltage gets through a loop, or past it: one as wide as all of it lets nothing pass."""
     loop = next(e for e in explanation.fit.path.effects if e.name == "hysteresis").parameters
-    return loop["half_width_v"] < WIDEST_LOOP * problem.scales[Quantity.INPUT]
+    return loop["depth"] < MOST_CAUGHT or loop["half_width_v"] < WIDEST_LOOP * problem.scales[Quantity.INPUT]
 
 
 def _leaves_room(explanation: Explanation) -> bool:
@@ -119,6 +126,20 @@ def _stops(explanation: Explanation, problem: Problem) -> bool:
     stop = next(e for e in explanation.fit.path.effects if e.name == "overflow").parameters
     beyond = float(np.mean(problem.measured - explanation.fit.path.rest > stop["limit"] + HEARD * problem.noise))
     return stop["opening_s"] == 0.0 and stop["reseat"] == 0.0 and beyond <= OFTEN
+
+
+def _spills(explanation: Explanation) -> bool:
+    """Whether a relief valve relieves: one that leaves most of what comes on top is a bend in a curve."""
+    return next(e for e in explanation.fit.path.effects if e.name == "overflow").parameters["override"] <= MOST_OVERRIDE
+
+
+def _plays(explanation: Explanation, problem: Problem) -> bool:
+    """Whether play does more than the time that it takes to close: else it is a lag under another name."""
+    play = next(e for e in explanation.fit.path.effects if e.name == "backlash")
+    if play.at is Attachment.INPUT:
+        return play.parameters["half_width"] > 0.0
+    closing = play.parameters["lag_s"] * problem.scales[Quantity.VELOCITY]
+    return play.parameters["half_width"] > LEAST_PLAY * closing
 
 
 def _laps(explanation: Explanation, problem: Problem) -> bool:

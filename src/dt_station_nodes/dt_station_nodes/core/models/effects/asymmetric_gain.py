@@ -1,15 +1,14 @@
 """Asymmetric gain: one direction answers more strongly than the other.
 
-On the voltage its sign decides; inside a path the direction of motion does.
+On the voltage its sign decides; inside a path the direction of motion does: a pressure rises quicker than it falls.
 """
 
 import math
 
 from numba import njit
 
-from ...channels import Channel
-from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, STAGE, Doubles, effect_step
-from .effect import Attachment, Effect, Parameter, Quantity
+from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, STAGE, STATIC_GAIN, Doubles, effect_step, halfway
+from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
 @njit(cache=True)
@@ -21,6 +20,9 @@ def _bent(x: float, asymmetry: float, rounding: float) -> float:
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    if c[STAGE] > 0.5 and c[STATIC_GAIN] != 0.0:
+        held = halfway(c) / c[STATIC_GAIN]
+        return held + _bent(value - held, p[0], p[2])
     if c[STAGE] > 0.5:
         return value * (1.0 + p[0] if c[FREE_VELOCITY] > c[LOAD_VELOCITY] else 1.0 - p[0])
     bent = p[1] + _bent(value - p[1], p[0], p[2])
@@ -74,6 +76,6 @@ EFFECT = Effect(
     step=_step,
     check="Compare speed out and in at the same voltage; compare piston and rod side areas, look for a worn edge.",
     source="differential cylinder: Jelali & Kroll, Hydraulic Servo-systems (2003), 4.3",
-    also={Channel.POSITION: (Attachment.STATE,)},
+    also=on_both(Attachment.STATE),
     holds=True,
 )

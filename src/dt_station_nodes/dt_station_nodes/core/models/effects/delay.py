@@ -2,10 +2,29 @@
 
 import math
 
+from numba import njit
+
 from ..compiled import SUBSTEP, TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 _SLOTS = 512
+
+
+@njit(cache=True)
+def _dispersed(s: Doubles, delay: float, h: float, value: float) -> float:
+    """The second-order Pade element of the same delay by the bilinear rule, which keeps it all-pass."""
+    if delay <= 1e-9:
+        return value
+    half, square = delay / h, delay * delay / (3.0 * h * h)
+    whole = square + half + 1.0
+    back, middle = (square - half + 1.0) / whole, (2.0 - 2.0 * square) / whole
+    if s[514] == 0.0:
+        s[514] = 1.0
+        s[515] = s[516] = (1.0 - back) * value
+    output = back * value + s[515]
+    s[515] = middle * (value - output) + s[516]
+    s[516] = value - back * output
+    return output
 
 
 @effect_step
@@ -23,7 +42,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     recent = s[(head - whole) % 512]
     older = s[(head - whole - 1) % 512]
     s[512] = (head + 1) % 512
-    return recent + part * (older - recent)
+    on_time = recent + part * (older - recent)
+    return on_time if p[5] == 0.0 else on_time + p[5] * (_dispersed(s, p[0], c[SUBSTEP], value) - on_time)
 
 
 EFFECT = Effect(
@@ -52,11 +72,23 @@ EFFECT = Effect(
         ),
         Parameter("wander_hz", Quantity.RUN_RATE, "how often it does", 0.0, 2.0, (), optional=True),
         Parameter("wander_rad", Quantity.ANGLE, "phase of that at the start of the run", -7.0, 7.0, (), optional=True),
+        Parameter(
+            "dispersion",
+            Quantity.RATIO,
+            "0: all of it comes after the delay, 1: quick changes come early, as of a second-order Pade element",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            apart=True,
+            usual=(1.0,),
+        ),
     ),
     step=_step,
     check="Apply a step and time the first movement; look at the card's buffering, bus cycles and long hoses.",
-    source="dead time as a ring of sub-steps with linear interpolation",
-    state_size=_SLOTS + 2,
+    source="dead time as a ring of sub-steps with linear interpolation; "
+    "Franklin, Powell & Emami-Naeini, Feedback Control of Dynamic Systems (2002): Pade element",
+    state_size=_SLOTS + 5,
     sub_stepped=True,
     also=on_both(Attachment.OUTPUT),
 )

@@ -44,8 +44,8 @@ EFFECT = Effect(
             Quantity.INPUT,
             "half the width of the loop",
             0.0,
-            1.0,
-            (0.003, 0.01, 0.03, 0.1, 0.25, 0.5),
+            4.0,
+            (0.003, 0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.5),
         ),
         Parameter(
             "spread",

@@ -25,7 +25,8 @@ from .effect import Attachment, Effect, Parameter, Quantity
 def _through(p: Doubles, pressure: float, rest: float) -> float:
     # The turbulent law is scaled to meet the laminar one at the rest pressure.
     turbulent = math.copysign(math.sqrt(abs(pressure) * max(rest, 1.0)), pressure)
-    return p[0] * ((1.0 - p[1]) * pressure + p[1] * turbulent)
+    widened = 1.0 + p[6] * max(pressure, 0.0)
+    return p[0] * ((1.0 - p[1]) * pressure + p[1] * turbulent) * widened * widened * widened
 
 
 @effect_step
@@ -34,10 +35,11 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     store = c[INJECTION_GAIN] != 0.0 or c[STATIC_GAIN] == 0.0
     per_flow = c[INJECTION_GAIN] if store else c[OUTPUT_GAIN] / (c[STATIC_GAIN] * c[SETTLING_RATE])
     pressure = c[LOAD] + c[REST] * (1.0 - base)
-    flow = _through(p, pressure, c[REST])
+    made_up = p[7] * _through(p, c[REST] * (1.0 - base), c[REST]) if p[7] != 0.0 else 0.0
+    flow = _through(p, pressure, c[REST]) - made_up
     if c[OWN_LOAD] > 0.0:
         # What is lost within the sub-step counts half.
-        flow = _through(p, pressure - 0.5 * per_flow * flow, c[REST])
+        flow = _through(p, pressure - 0.5 * per_flow * flow, c[REST]) - made_up
     if store and sag != 0.0:
         y = halfway(c) - 0.5 * per_flow * flow
         y /= 1.0 + 0.5 * per_flow * sag / math.sqrt(1.0 + bend * abs(y))
@@ -70,9 +72,10 @@ EFFECT = Effect(
             "0: laminar gap, 1: square-root orifice",
             0.0,
             1.0,
-            (0.5,),
+            (0.3, 1.0),
             optional=True,
             tried_first=True,
+            usual=(1.0,),
         ),
         Parameter(
             "base",
@@ -113,10 +116,29 @@ EFFECT = Effect(
             (30.0,),
             optional=True,
         ),
+        Parameter(
+            "widening",
+            Quantity.PER_LOAD,
+            "how much wider the pressure makes the gap it leaks through, whose flow goes with the cube of its height",
+            0.0,
+            1.0,
+            (0.3,),
+            optional=True,
+        ),
+        Parameter(
+            "made_up",
+            Quantity.RATIO,
+            "share of what leaks at rest that the voltage makes up for already",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            usual=(1.0,),
+        ),
     ),
     step=_step,
     check="Block the valve, load the piston and watch it creep; look at piston seals and the valve's leakage flow.",
-    source="Merritt, Hydraulic Control Systems (1967), 2.2 and 6.2: laminar leakage coefficient",
+    source="Merritt, Hydraulic Control Systems (1967), 2.2 and 6.2: laminar leakage coefficient, flow through a gap",
     state_size=1,
     sub_stepped=True,
 )

@@ -12,7 +12,10 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     helps = -1.0 if value < 0.0 else 1.0
     share = per_load * (c[LOAD] + c[REST] * (1.0 - base)) * (1.0 - direction + direction * helps)
     root = math.sqrt(max(1.0 - 2.0 * share, 0.0))
-    return value * ((1.0 - linearity) * root + linearity * max(1.0 - share, 0.0))
+    line = max(1.0 - share, 0.0)
+    if linearity <= 1.0:
+        return value * ((1.0 - linearity) * root + linearity * line)
+    return value * ((2.0 - linearity) * line + (linearity - 1.0) / (1.0 + max(share, -0.9)))
 
 
 EFFECT = Effect(
@@ -42,10 +45,10 @@ EFFECT = Effect(
         Parameter(
             "linearity",
             Quantity.RATIO,
-            "0: square root of the pressure drop, 1: straight line",
+            "0: square root of the pressure drop, 1: straight line, 2: one over one and the loss, as of a droop",
             0.0,
-            1.0,
-            (0.0,),
+            2.0,
+            (0.0, 2.0),
             optional=True,
         ),
         Parameter(

@@ -1,0 +1,85 @@
+"""Forms of effects beside their plain ones, each by what tells it from that."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec
+
+Array = NDArray[np.float64]
+
+PAPER = ModelSpec.from_yaml((Path(__file__).resolve().parents[5] / "config/models/paper.yaml").read_text())
+PRESSURE = PAPER.paths[Channel.PRESSURE].model_copy(update={"effects": ()})
+POSITION = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (), "disturbance": None})
+STEP_S = 0.005
+
+
+def having(path: PathSpec, name: str, at: str | None = None, **parameters: float) -> PathSpec:
+    given = {"name": name, "parameters": parameters} | ({"at": at} if at else {})
+    return path.model_copy(update={"effects": (EffectSpec.model_validate(given),)})
+
+
+def pressure(voltage: Array, path: PathSpec) -> Array:
+    return PathSimulator(Channel.PRESSURE, STEP_S, voltage, np.zeros(0), 1e6, 1e6).simulate(path)
+
+
+def position(voltage: Array, path: PathSpec) -> Array:
+    return PathSimulator(Channel.POSITION, STEP_S, voltage, np.zeros(0), 1e6, 0.0).simulate(path)
+
+
+@pytest.mark.parametrize("hz", [0.2, 0.5])
+def test_a_dispersed_delay_passes_every_size_and_comes_as_late(hz: float) -> None:
+    seconds = np.arange(4000) * STEP_S
+    sine = np.sin(2.0 * np.pi * hz * seconds)
+    late, dispersed = (
+        position(sine, having(POSITION, "delay", delay_s=0.1, dispersion=share)) - position(sine, POSITION)
+        for share in (0.0, 1.0)
+    )
+    assert np.std(dispersed[2000:] - late[2000:]) < 2e-3 * np.std(late[2000:])
+
+
+def test_a_dispersed_delay_answers_a_step_at_once_and_ends_where_a_plain_one_does() -> None:
+    step = np.repeat([0.0, 2.0], [100, 900])
+    late, dispersed = (pressure(step, having(PRESSURE, "delay", delay_s=0.1, dispersion=s)) for s in (0.0, 1.0))
+    assert abs(dispersed[-1] - late[-1]) < 1e-3 * (late[-1] - 1e6)
+    assert np.ptp(late[:118]) < 1.0 < np.ptp(dispersed[:118])
+
+
+def test_what_leaks_at_rest_and_is_made_up_for_does_not_show_there() -> None:
+    still = np.zeros(600)
+    orifice = {"coefficient": 1.0, "turbulence": 1.0}
+    lost, made_up = (pressure(still, having(PRESSURE, "leakage", **orifice, made_up=share)) for share in (0.0, 1.0))
+    assert lost[-1] < 0.95e6
+    assert made_up == pytest.approx(1e6, rel=1e-9)
+    full = np.full(600, 3.0)
+    assert pressure(full, having(PRESSURE, "leakage", **orifice, made_up=1.0))[-1] < pressure(full, PRESSURE)[-1] - 5e4
+
+
+def test_a_gap_that_widens_loses_more_than_in_proportion() -> None:
+    def lost(volts: float) -> float:
+        leak = having(PRESSURE, "leakage", coefficient=0.5, base=1.0, widening=3e-7)
+        voltage = np.full(800, volts)
+        return float(pressure(voltage, PRESSURE)[-1] - pressure(voltage, leak)[-1])
+
+    assert lost(4.0) > 3.0 * lost(2.0) > 0.0
+
+
+def test_a_pressure_that_rises_quicker_than_it_falls_ends_at_the_same() -> None:
+    voltage = np.repeat([0.0, 3.0, 0.0], [50, 400, 400])
+    plain = pressure(voltage, PRESSURE)
+    one_sided = pressure(voltage, having(PRESSURE, "asymmetric_gain", at="state", asymmetry=0.4))
+    assert one_sided[[449, 849]] == pytest.approx(plain[[449, 849]], rel=2e-3)
+    assert one_sided[70] > plain[70] + 1e4
+    assert one_sided[470] > plain[470] + 1e4
+
+
+@pytest.mark.parametrize("volts", [1.0, 3.0])
+def test_a_droop_divides_the_gain(volts: float) -> None:
+    per_pa = 2e-7
+    droop = having(PRESSURE, "load_dependent_gain", per_load=per_pa, linearity=2.0)
+    voltage = np.full(1500, volts)
+    above = pressure(voltage, droop)[-1] - 1e6
+    assert above * (1.0 + per_pa * above) == pytest.approx(pressure(voltage, PRESSURE)[-1] - 1e6, rel=1e-3)
