@@ -57,7 +57,7 @@ def discover(
     loaded = [load_input(task) for task in tasks]
     folder = output_dir("discover", out, force)
     if len(tasks) == 1:
-        result = work_one(tasks[0], loaded[0], folder, _speaker(json))
+        result = work_one(tasks[0], loaded[0], folder, _speaker())
         if json:
             emit_json({**result.to_json(), "files": _files(folder)})
             return
@@ -78,7 +78,7 @@ def discover_for_demo(bag: Path, folder: Path, model: str = "paper") -> dict[str
 
     _, text = load_model(model)
     task = Task(bag, None, model, text, None, None, 0.0, os.cpu_count() or 1)
-    result = work_one(task, load_input(task), folder, _speaker(False))
+    result = work_one(task, load_input(task), folder, _speaker())
     return {**result.to_json(), "sentence": result.sentence, "report": folder / "report.html"}
 
 
@@ -97,9 +97,9 @@ def _files(folder: Path) -> dict[str, Path]:
     return {name: folder / name for name in ("model.yaml", "report.html", "discovery.json")}
 
 
-def _speaker(quiet: bool) -> Any:
-    """Progress on standard error: one line that changes."""
-    if quiet or not console.is_terminal:
+def _speaker() -> Any:
+    """Progress on standard error: one line that changes, where a person can see it."""
+    if not console.is_terminal:
         return None
     from rich.live import Live
     from rich.spinner import Spinner

@@ -64,7 +64,12 @@ EFFECT = Effect(
     attachment=Attachment.STATE,
     parameters=(
         Parameter(
-            "coefficient", Quantity.VELOCITY_PER_LOAD, "creep per load pressure", -2.0, 2.0, (0.002, 0.01, 0.05, -0.02)
+            "coefficient",
+            Quantity.VELOCITY_PER_LOAD,
+            "creep per load pressure",
+            -5.0,
+            5.0,
+            (0.002, 0.01, 0.05, 0.5, -0.02),
         ),
         Parameter(
             "turbulence",
