@@ -50,6 +50,8 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
         ("dead_zone", {"half_width_v": 0.3, "centre_v": 0.2}, {"half_width_v": 0.3, "centre_v": 0.9}),
         ("dead_zone", {"half_width_v": 0.3, "leak": 0.8}, {"half_width_v": 30.0, "leak": 0.8}),
         ("hysteresis", {"half_width_v": 0.3}, {"half_width_v": 40.0}),
+        ("hysteresis", {"half_width_v": 40.0, "depth": 0.3}, {"half_width_v": 40.0, "depth": 0.9}),
+        ("backlash", {"half_width": 0.002, "lag_s": 0.02}, {"half_width": 0.0, "lag_s": 0.26}),
         ("saturation", {"upper_v": 1.0, "lower_v": -1.0}, {"upper_v": -1.0, "lower_v": 1.0}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 4.0, "damping": 0.45}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 23.0, "damping": 0.1}),
@@ -87,6 +89,12 @@ def test_a_leak_loses_pressure(run: Run) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     assert sensible(as_it_is(pressure, "leakage", {"coefficient": 0.1}), pressure)
     assert not sensible(as_it_is(pressure, "leakage", {"coefficient": -0.1}), pressure)
+
+
+def test_a_relief_valve_relieves(run: Run) -> None:
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    assert sensible(as_it_is(pressure, "overflow", {"limit": 2e6, "override": 0.2}), pressure)
+    assert not sensible(as_it_is(pressure, "overflow", {"limit": 2e6, "override": 0.53}), pressure)
 
 
 def test_a_leaking_piston_creeps_the_way_its_load_pushes(problem: Problem) -> None:
