@@ -97,8 +97,12 @@ class Growth:
         return not measure.rough and min(others, default=np.inf) < measure.score(best) - FOREIGN
 
     def _lost(self, explanations: list[Explanation], measure: Measure) -> bool:
-        """Whether all of them miss so much of the run that what they call it would not be believed, nor a name more."""
-        return not measure.rough and all(measure.missed(e) > MISSES for e in explanations)
+        """Whether all of them miss so much of the run that what they call it would not be believed, nor a name more.
+
+        What the validation run shows besides may be what the next name tells.
+        """
+        least = (MISSES * self._bench.problem.signal) ** 2
+        return not measure.rough and all(measure.gaps(e)[0] > least for e in explanations)
 
     def _exchange(self) -> None:
         measure = take_measure(self._bench, self._known)
