@@ -16,8 +16,10 @@ _BEST = 3
 # Of the others, explanations so far behind cannot come to anything by being simpler.
 _BEHIND = 80.0
 _MOST = 8
-# A refinement that changes nothing goes.
+# A refinement that changes nothing goes,
 _SAME = 0.01
+# and one that a bound holds there: free, it may let the numbers beside it move on the validation run by as little.
+_HELD = 1.0
 
 
 def _set(path: PathSpec, effect: int, name: str, value: float) -> PathSpec:
@@ -64,13 +66,24 @@ def _plain(explanation: Explanation, doubtful: list[tuple[int, str, float]]) -> 
     return found
 
 
+def _held(explanation: Explanation) -> list[list[tuple[int, str, float]]]:
+    """Freed refinements of each effect that a bound holds at doing nothing."""
+    found = []
+    for effect, spec in enumerate(explanation.fit.path.effects):
+        free = (registry()[spec.name].parameter(name) for name in explanation.freed.get(spec.name, ()))
+        held = [(effect, p.name, p.neutral) for p in free if p.optional and spec.parameters[p.name] == p.neutral]
+        found += [held] if held else []
+    return found
+
+
 def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explanation | None:
     """The explanation without an effect's refinements, or one of them, if that scores better; else None.
 
     Refinements that undo each other cannot be left out one by one.
     """
     doubtful = _doubtful(explanation, measure)
-    for less in [*_plain(explanation, doubtful), *([one] for one in doubtful)]:
+    plainer = [*_plain(explanation, doubtful), *([one] for one in doubtful)]
+    for less, worth in [*((one, _SAME) for one in plainer), *((one, _HELD) for one in _held(explanation))]:
         path = explanation.fit.path
         for effect, name, value in less:
             path = _set(path, effect, name, value)
@@ -78,7 +91,7 @@ def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explan
         freed = {**explanation.freed, own: tuple(p for p in explanation.freed.get(own, ()) if p not in names)}
         fit = fit_hypothesis(bench.problem, hypothesis(bench.problem, path, bench.nominal, freed), iterations=10)
         found = bench.judged(bench.explained(fit, explanation.added, freed))
-        if measure.score(found) < measure.score(explanation) + _SAME:
+        if measure.score(found) < measure.score(explanation) + worth:
             return found
     return None
 
