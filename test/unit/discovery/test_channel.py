@@ -26,7 +26,7 @@ def found_in(spec: ModelSpec, voltage: np.ndarray, noise_m: float = 1e-5) -> Dis
         spec.paths[Channel.POSITION]
     )
     noise = noise_m * np.random.default_rng(3).standard_normal(voltage.size)
-    return discover(Run(STEP_S, {"servo_voltage_v": voltage, "position_m": position + noise}), AXIS)
+    return discover(Run(STEP_S, {"servo_voltage_v": voltage, "position_m": position + noise}), AXIS, jobs=2)
 
 
 @pytest.mark.parametrize("knee", [0.2, 0.5])
@@ -48,5 +48,5 @@ def test_a_linear_path_that_fits_to_a_hundredth_lacks_nothing_with_a_name() -> N
     early = answer[1::fine]
     run = Run(STEP_S, {"servo_voltage_v": signal.lfilter(b, a, drive)[: early.size], "position_m": early})
     model = {"name": "m", "paths": {"position": {"numerator": [140.0], "denominator": [1.0, 2.5, 200.0]}}}
-    result = discover(run, ModelSpec.model_validate(model))
+    result = discover(run, ModelSpec.model_validate(model), jobs=2)
     assert result.verdict is Verdict.PARAMETERS_ONLY
