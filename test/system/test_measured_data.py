@@ -7,6 +7,7 @@ from scipy import signal
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PlantModel
 from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
+from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.nodes.configuration import find_config
 from dt_station_nodes.records import load_run
 
@@ -68,6 +69,21 @@ def test_emps_lacks_friction_of_the_published_size(emps):
     _, _, result = emps
     assert result.verdict is Verdict.NAMED
     assert "friction" in names(result, Channel.POSITION)
+    coulomb = parameters(result, "friction")["coulomb_v"].value * FORCE_N_PER_V
+    assert coulomb == pytest.approx(COULOMB_N, rel=0.02)
+
+
+def test_emps_free_run_of_the_pulses(emps):
+    _, pulses, result = emps
+    problem = make_problem(pulses, result.model, Channel.POSITION, DiscoverySettings())
+    gap = problem.measured - problem.simulate(result.model.paths[Channel.POSITION])
+    assert np.sqrt(np.mean(np.square(gap))) <= 0.003
+
+
+def test_emps_lacks_friction_whether_another_run_says_so_or_not(emps):
+    run, _, _ = emps
+    result = discover(run, model("emps"), settings=DiscoverySettings(jobs=2))
+    assert names(result, Channel.POSITION) == {"friction"}
     coulomb = parameters(result, "friction")["coulomb_v"].value * FORCE_N_PER_V
     assert coulomb == pytest.approx(COULOMB_N, rel=0.02)
 

@@ -13,7 +13,7 @@ from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothe
 from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.polish import carried_over, polished
-from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.selection import Bench, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -29,9 +29,9 @@ AXIS = ModelSpec.model_validate(
 )
 
 
-def axis_run(wander_v: float) -> Run:
+def axis_run(wander_v: float, seed: int = 3) -> Run:
     """An axis of 0.4 m/s2 per volt with smooth friction, held back by a force that slowly wanders."""
-    rng = np.random.default_rng(3)
+    rng = np.random.default_rng(seed)
     time = np.arange(round(SECONDS / STEP_S)) * STEP_S
     voltage = 4.0 * np.sin(2.1 * time) + 1.5 * np.sin(6.7 * time + 1.0)
     wander = np.convolve(rng.standard_normal(len(time) + 999), np.ones(1000) / 1000.0**0.5, "valid")
@@ -58,9 +58,9 @@ def found() -> Finding:
     return Finding(problem, Verdict.NAMED, given, null, best, (best, null), (0.0, 1e3), ((),), 1e3, 1e3, 0.0, 1e-7)
 
 
-def drift_m(finding: Finding) -> float:
-    """Root mean square of the whole run simulated from its start, against what was measured."""
-    problem = finding.problem
+def drift_m(finding: Finding, problem: Problem | None = None) -> float:
+    """Root mean square of a whole run simulated from its start, against what was measured; the finding's own run."""
+    problem = problem or finding.problem
     return float(np.sqrt(np.mean(np.square(problem.measured - problem.simulator.simulate(finding.best.fit.path)))))
 
 
@@ -71,6 +71,15 @@ def test_the_free_run_decides_what_short_windows_leave_open(found: Finding, monk
     assert drift_m(by_both) < 0.8 * drift_m(by_windows)
     assert np.linalg.norm(by_both.best.fit.residual) < 1.2 * np.linalg.norm(by_windows.best.fit.residual)
     (friction,) = by_both.best.fit.path.effects
+    assert friction.parameters["coulomb_v"] == pytest.approx(COULOMB_V, rel=0.1)
+
+
+def test_the_free_run_of_the_validation_run_counts_as_much(found: Finding) -> None:
+    check = make_problem(axis_run(0.05, seed=9), AXIS, Channel.POSITION, DiscoverySettings())
+    alone, both = polished(found), polished(found, check)
+    assert drift_m(both, check) < 0.8 * drift_m(alone, check)
+    assert drift_m(both) * drift_m(both, check) < drift_m(alone) * drift_m(alone, check)
+    (friction,) = both.best.fit.path.effects
     assert friction.parameters["coulomb_v"] == pytest.approx(COULOMB_V, rel=0.1)
 
 

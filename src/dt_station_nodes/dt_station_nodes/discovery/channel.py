@@ -162,7 +162,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     gap = max(measure.left(null), 1e-9)
     left = measure.left(best)
     scored = sorted(((measure.score(e) - mine, e) for e in known), key=lambda pair: pair[0])
-    rival = ""
+    rival, further = "", False
     peers: list[tuple[float, Explanation]] = []
     if best.added:
         rival = stranger(best, scored, trifling=left <= DOUBT_SHARE * gap, rough=measure.rough)
@@ -191,8 +191,9 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     # Between forms that both miss as much as they miss of the truth, a likelihood decides nothing.
     alike = [p for p in peers if left > LEFT_NOISE * measure.noise and measure.left(p[1]) < ALIKE * left]
     instead = alternatives(best, [p for p in peers if p[0] <= SAME or p in alike])
-    if len(best.added) > 1 and any(len(names) >= VAGUE for names in instead):
-        # What so many others do as well says of no one that it is there: it mends the form of the rest.
+    vague = any(len(names) >= VAGUE for names in instead)
+    if len(best.added) > 1 and (vague or (further and verdict is Verdict.UNEXPLAINED)):
+        # What so many others do as well, or bends the model and is not believed, mends the form of the rest.
         fewer = [e for e in known if len(e.added) < len(best.added)]
         without = _decide(bench, given, null, fewer, interrupted)
         if without.verdict is Verdict.NAMED:

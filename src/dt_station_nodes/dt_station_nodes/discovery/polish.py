@@ -17,6 +17,7 @@ from .result import Verdict
 from .selection import Explanation
 from .terms import Hypothesis
 from .timing import without
+from .unseen import has_chance
 from .windows import make_windows
 
 Array = NDArray[np.float64]
@@ -32,10 +33,12 @@ CARRY = 6
 IDLE = 1.02
 # Fits of stick and slip have many shallow minima: begin around the parameters found.
 AROUND = (1.0, 0.93, 1.07)
-# Square sums of the free run over that of the windows, each a share of what it began as.
-DRIFT = 0.3
+# Square sum of a free run over that of the windows, each a share of what it began as.
+DRIFT = 3.5
 # Rounds of weighing the two anew.
-ROUNDS = 3
+ROUNDS = 4
+# In each, steps at most, and what the last one may still gain.
+STEPS, CLOSE = 20, 1e-6
 # Refinements that a measured force needs as much as its level: its two directions differ.
 KEPT = ("asymmetry",)
 
@@ -94,12 +97,12 @@ def carried_over(finding: Finding, problem: Problem, path: PathSpec) -> Finding:
     return replace(finding, problem=problem, given=given, null=null, best=best, sigma=sigma)
 
 
-def polished(finding: Finding) -> Finding:
+def polished(finding: Finding, check: Problem | None = None) -> Finding:
     """A named finding with its parameters refitted in short windows, offset and slope of each left free.
 
     Such windows say too little to choose by, but what they say of forces is free of the drift that all that is not
-    modelled leaves in a position. What they leave open, the drift of the free run decides. Coarsely sampled runs and
-    paths that do not integrate stay as they are.
+    modelled leaves in a position. What they leave open, the drift of the free runs decides, that of the validation
+    run (`check`) too. Coarsely sampled runs and paths that do not integrate stay as they are.
     """
     problem = finding.problem
     step = problem.simulator.sample_time_s
@@ -110,7 +113,7 @@ def polished(finding: Finding) -> Finding:
     if float(np.std(windows.project(problem.measured))) < TELLING * difference_noise(problem.measured):
         return finding
     best, kept = _needed(_refitted(near, finding.best.fit), finding.best.added, lambda bare: _refitted(near, bare))
-    best = _less_adrift(near, best)
+    best = _less_adrift(near, best, check)
     residual = problem.residual(best.path)
     seen = replace(best, residual=residual, rss=float(residual @ residual) / problem.sigma**2)
     return replace(_keeping(finding, kept), best=replace(finding.best, fit=seen, added=kept))
@@ -137,26 +140,29 @@ def _refitted(near: Problem, fit: Fit) -> Fit:
     return min(fits, key=lambda f: f.fitted.cost)
 
 
-def _less_adrift(near: Problem, fit: Fit) -> Fit:
-    """A fit to short windows moved to where the run simulated from its start drifts less, at little cost to them.
+def _less_adrift(near: Problem, fit: Fit, check: Problem | None) -> Fit:
+    """A fit to short windows moved to where the runs simulated from their starts drift less, at little cost to them.
 
     A twin runs free: what forces hardly tell, such as a small standing force, its position adds up. The product of
-    both square sums is minimised, so that neither's unit matters.
+    the square sums is minimised, so that no unit matters.
     """
     hypothesis = Hypothesis(fit.path, fit.hypothesis.terms)
+    bounds = hypothesis.bounds
 
-    def gaps(x: Array) -> tuple[Array, Array]:
-        simulated = near.simulate(hypothesis.path_at(x))
-        return near.compare(simulated), near.measured - simulated
+    runs = [near] if check is None or has_chance(fit.path) else [near, check]
+
+    def gaps(x: Array) -> list[Array]:
+        path = hypothesis.path_at(x)
+        simulated = [run.simulate(path) for run in runs]
+        return [near.compare(simulated[0]), *(run.measured - own for run, own in zip(runs, simulated, strict=True))]
 
     x = fit.fitted.x
     for _ in range(ROUNDS):
-        short, free = (float(np.linalg.norm(gap)) for gap in gaps(x))
-        weights = 1.0 / max(short, 1e-300), DRIFT**0.5 / max(free, 1e-300)
+        sizes = [max(float(np.linalg.norm(gap)), 1e-300) for gap in gaps(x)]
+        weights = [1.0 / sizes[0], *(DRIFT**0.5 / size for size in sizes[1:])]
 
-        def both(x: Array, weights: tuple[float, float] = weights) -> Array:
+        def parts(x: Array, weights: list[float] = weights) -> Array:
             return np.concatenate([gap * weight for gap, weight in zip(gaps(x), weights, strict=True)])
 
-        bounds = hypothesis.bounds
-        x = least_squares(both, x, bounds[:, 0], bounds[:, 1], hypothesis.steps).x
+        x = least_squares(parts, x, bounds[:, 0], bounds[:, 1], hypothesis.steps, STEPS, CLOSE).x
     return fit_hypothesis(near, hypothesis, [x], iterations=0)

@@ -30,10 +30,19 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
     """
     residual = None
     for name, phase, size in _CHANCE:
-        spec = next((e for e in path.effects if e.name == name and e.parameters.get(size, 0.0) != 0.0), None)
+        spec = _with_chance(path, name, size)
         if spec is not None:
             path, residual = _in_phase(check, path, spec, phase)
     return check.residual(path) if residual is None else residual
+
+
+def has_chance(path: PathSpec) -> bool:
+    """Whether a path has an effect of which a phase is chance, another in each run."""
+    return any(_with_chance(path, name, size) is not None for name, _, size in _CHANCE)
+
+
+def _with_chance(path: PathSpec, name: str, size: str) -> EffectSpec | None:
+    return next((e for e in path.effects if e.name == name and e.parameters.get(size, 0.0) != 0.0), None)
 
 
 def _in_phase(check: Problem, path: PathSpec, spec: EffectSpec, phase: str) -> tuple[PathSpec, Array]:
