@@ -42,6 +42,27 @@ def test_a_mode_is_found_on_its_side_of_the_valves_limits(first: bool) -> None:
     assert as_it_stands(best.fit.path, "resonance", best.added).first is first
 
 
+@pytest.mark.parametrize("first", [True, False])
+def test_a_drift_as_large_as_its_refined_form_says_is_asked_again_what_limits_it(first: bool) -> None:
+    """Its straight form, all that is tried at first, comes to the limit on neither run."""
+    drift = EffectSpec(name="gain_drift", parameters={"rate_per_s": 0.42 / 5.0, "settling_s": 5.0})
+    path = PATH.model_copy(update={"effects": (drift, *PATH.effects) if first else (*PATH.effects, drift)})
+    time = np.arange(1200) * 0.02
+
+    def driven(voltage: np.ndarray, seed: int) -> Problem:
+        pressure = PathSimulator(Channel.PRESSURE, 0.02, voltage, np.zeros(0), 1e6, 1e6).simulate(path)
+        pressure += NOISE_PA * np.random.default_rng(seed).standard_normal(voltage.size)
+        run = Run(0.02, {"load_voltage_v": voltage, "pressure_pa": pressure})
+        return make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+
+    problem = driven(1.7 + 1.4 * np.sin(1.3 * time), 1)
+    check = driven(2.1 + 1.9 * np.sign(np.sin(0.8 * time)), 2)
+    bench = Bench(problem, nominal_terms(PATH, problem.signal), check)
+    best = scan(bench, [fit_null(bench, PATH)], 6, 6)[0]
+    assert best.added == ("gain_drift",)
+    assert as_it_stands(best.fit.path, "gain_drift", best.added).first is first
+
+
 def test_an_effect_stays_on_its_side_when_its_form_is_changed() -> None:
     candidate = Candidate("resonance", first=True)
     once = add_effect(PATH, candidate, dict(MODE.parameters))

@@ -133,7 +133,10 @@ def _settled(bench: Bench, task: _Task) -> _Task:
         return task
     nearest = forms[-1]
     samples, floors = bench.worth(nearest), bench.floors(nearest)
-    return replace(task, seen=min(forms, key=lambda e: penalised(bench, e, samples, floors)))
+    best = min(forms, key=lambda e: (e.hollow, penalised(bench, e, samples, floors)))
+    # What is as large as its refined form says may be felt by what comes behind it.
+    ahead, _ = in_sequence(bench, best, task.candidate)
+    return replace(task, seen=best if ahead is best else bench.settled(ahead))
 
 
 class StoppedError(KeyboardInterrupt):
@@ -232,10 +235,10 @@ def distinct(bench: Bench, known: Iterable[Explanation]) -> list[Explanation]:
         return []
     nearest = min(listed, key=lambda e: e.fit.fitted.cost)
     samples, floors = bench.worth(nearest), bench.floors(nearest)
-    best: dict[tuple[str, ...], tuple[float, Explanation]] = {}
+    best: dict[tuple[str, ...], tuple[tuple[bool, float], Explanation]] = {}
     for explanation in listed:
         key = tuple(sorted(explanation.added))
-        score = penalised(bench, explanation, samples, floors)
+        score = explanation.hollow, penalised(bench, explanation, samples, floors)
         if key not in best or (key and score < best[key][0]):
             best[key] = (score, explanation)
     return [explanation for _, explanation in best.values()]

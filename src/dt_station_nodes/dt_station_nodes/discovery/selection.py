@@ -32,7 +32,7 @@ UNUSUAL = {
     ("backlash", "input"): 4.0,
     ("overflow", "output"): 1.0,
     # Without voltages inside its band a dead zone only takes off a constant; a bias could as well add one.
-    ("bias", "pressure"): 1.4,
+    ("bias", "pressure"): 4.0,
     ("cross_coupling", "position"): 8.0,
     # A piston's drag grows with its speed's square where oil is thin and quick: a valve's limits are commoner.
     ("quadratic_damping", "position"): 6.0,
@@ -57,6 +57,7 @@ UNUSUAL = {
 
 # The same against refinements: a rim is sharp, what bends softly is a valve; cross-talk comes at once or lags.
 UNUSUAL_FORMS = {("overflow", "rounding"): 6.0, ("cross_coupling", "at_once"): 8.0}
+NOTHING = 1e-6  # of a parameter's scale: it is at what changes nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +79,20 @@ class Explanation:
     def inside(self) -> bool:
         """Whether all of it may be named."""
         return all(in_vocabulary(name) for name in self.added)
+
+    @property
+    def hollow(self) -> bool:
+        """Whether one of its effects is there only in name: what would show it is at what changes nothing."""
+        specs = {effect.name: effect for effect in self.fit.path.effects}
+        scales = {
+            (self.fit.path.effects[t.effect].name, t.name): t.scale for t in self.fit.hypothesis.terms if t.effect >= 0
+        }
+        for name in self.added:
+            showing = [p for p in registry()[name].parameters if p.shows_presence]
+            away = [abs(specs[name].parameters[p.name] - p.neutral) / scales.get((name, p.name), 1.0) for p in showing]
+            if max(away, default=0.0) <= NOTHING:
+                return True
+        return False
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,25 +14,27 @@ _TRACE = 0.1  # times the working sigma: what the sequence changes by less is no
 
 
 def in_sequence(bench: Bench, found: Explanation, candidate: Candidate) -> tuple[Explanation, Candidate]:
-    """A glance at a candidate's fit and the candidate: before the given model's effects where the runs say so.
+    """A glance at a candidate's fit and the candidate: on that side of the given model's effects that the runs say.
 
     A valve that rings or is off its null is still shut at 0 V; a limit of the card is not felt by what follows it.
     """
     effects = found.fit.path.effects
     place = next(i for i, effect in enumerate(effects) if effect.name == candidate.name)
-    given = any(effect.name not in found.added for effect in effects[:place])
-    if not given or (candidate.at or candidate.effect.attachment) is not Attachment.INPUT:
+    own = [i for i, effect in enumerate(effects) if effect.name not in found.added]
+    if not own or (candidate.at or candidate.effect.attachment) is not Attachment.INPUT:
         return found, candidate
+    first = place > min(own)
     others = (*effects[:place], *effects[place + 1 :])
-    path = found.fit.path.model_copy(update={"effects": (effects[place], *others)})
+    moved = (effects[place], *others) if first else (*others, effects[place])
+    path = found.fit.path.model_copy(update={"effects": moved})
     if not _differ(bench, found.fit.path, path):
         return found, candidate
     begin = hypothesis(bench.problem, path, bench.nominal, found.freed)
     fit = fit_hypothesis(bench.problem, begin, iterations=bench.iterations)
-    ahead = bench.explained(fit, found.added, found.freed, glance=True)
-    floors = bench.floors(ahead)
-    better = bench.misfit(ahead, floors) < bench.misfit(found, floors)
-    return (ahead, replace(candidate, first=True)) if better else (found, candidate)
+    other = bench.explained(fit, found.added, found.freed, glance=True)
+    floors = bench.floors(other)
+    better = bench.misfit(other, floors) < bench.misfit(found, floors)
+    return (other, replace(candidate, first=first)) if better else (found, candidate)
 
 
 def _differ(bench: Bench, one: PathSpec, other: PathSpec) -> bool:

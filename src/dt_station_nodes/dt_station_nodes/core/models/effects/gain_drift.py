@@ -24,8 +24,8 @@ EFFECT = Effect(
             "rate_per_s",
             Quantity.RUN_RATE,
             "relative change of the gain per second at the start",
-            -0.05,
-            0.05,
+            -0.5,
+            0.5,
             (0.002, -0.002, 0.01, -0.01),
         ),
         Parameter(
