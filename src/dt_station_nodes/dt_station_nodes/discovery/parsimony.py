@@ -20,6 +20,9 @@ _MOST = 8
 _SAME = 0.01
 # and one that a bound holds there: free, it may let the numbers beside it move on the validation run by as little.
 _HELD = 1.0
+# Fits about one that ended begin at these times its effects' numbers.
+_AROUND = (0.95, 1.05)
+_ROUNDS = 3
 
 
 def _set(path: PathSpec, effect: int, name: str, value: float) -> PathSpec:
@@ -122,6 +125,23 @@ def _rested(bench: Bench, explanation: Explanation) -> Explanation:
     return bench.judged(bench.explained(fit, explanation.added, freed))
 
 
+def _around(bench: Bench, explanation: Explanation) -> Explanation:
+    """The explanation from the best of the minima about it, where stick and slip make these many and shallow."""
+    if "friction" not in explanation.added:
+        return explanation
+    fit = explanation.fit
+    acts = np.array([term.effect >= 0 and not term.logarithmic for term in fit.hypothesis.terms])
+    for _ in range(_ROUNDS):
+        starts = [np.where(acts, fit.fitted.x * factor, fit.fitted.x) for factor in _AROUND]
+        found = min((fit_hypothesis(bench.problem, fit.hypothesis, [x]) for x in starts), key=lambda f: f.fitted.cost)
+        if found.fitted.cost >= fit.fitted.cost:
+            break
+        fit = found
+    if fit is explanation.fit:
+        return explanation
+    return bench.judged(bench.explained(fit, explanation.added, explanation.freed))
+
+
 def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
     """What is known, those near the best in their simplest form; in the order they came."""
     listed = list(known)
@@ -135,5 +155,6 @@ def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> 
         simpler = _simpler(bench, best, measure)
         while simpler is not None:
             best, simpler = simpler, _simpler(bench, simpler, measure)
+        best = _around(bench, best)
         listed = [best if e is explanation else e for e in listed]
     return listed
