@@ -14,6 +14,7 @@ from cases import Case, make
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
 from dt_station_nodes.discovery import growth
+from dt_station_nodes.discovery.candidates import Candidate, add_effect
 from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.growth import Growth
 from dt_station_nodes.discovery.problem import make_problem
@@ -99,3 +100,30 @@ def test_two_effects_that_miss_much_of_the_signal_are_not_given_a_third(monkeypa
     pair = min((e for e in known if e.inside and len(e.added) == 2), key=measure.score)
     assert measure.gaps(pair)[0] > (growth.MISSES * problem.signal) ** 2
     assert set(sizes) == {1}
+
+
+def test_a_pair_that_explains_the_run_is_exchanged_whatever_the_validation_run_shows_besides(
+    singles: tuple[Bench, Explanation, list[Explanation]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    alone, null, found = singles
+    bench = replace(alone, check=alone.problem)
+    power = float(null.fit.residual @ null.fit.residual)
+    missed = 2.0 * len(alone.problem.measured) * (growth.MISSES * alone.problem.signal) ** 2
+    path = add_effect(found[1].fit.path, Candidate("delay"), {"delay_s": 0.1})
+    both = replace(found[1], added=(*found[1].added, "delay"), fit=replace(found[1].fit, path=path))
+    exchanged: list[tuple[str, ...]] = []
+
+    def noted(_bench: Bench, leader: Explanation, *_: object) -> list[Explanation]:
+        exchanged.append(leader.added)
+        return []
+
+    monkeypatch.setattr(growth, "exchange", noted)
+    monkeypatch.setattr(growth, "scan", lambda *_: [])
+    monkeypatch.setattr(growth, "reduced", lambda *_: [])
+    for powers, expected in (((0.0, missed), 1), ((missed, 0.0), 0)):
+        exchanged.clear()
+        first = replace(null, powers=(100.0 * power + 9.0 * missed,) * 2, unseen=null.fit.residual)
+        single = replace(found[1], powers=first.powers, unseen=first.unseen)
+        pair = replace(both, powers=powers, unseen=single.unseen)
+        Growth(bench, first, [first, single, pair], 2).run()
+        assert len(exchanged) == expected

@@ -1,9 +1,11 @@
 """A hypothesis fitted from groups of starts."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -11,6 +13,8 @@ from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.discovery.candidates import Candidate, add_effect
+from dt_station_nodes.discovery.candidates import hypothesis as freed_on
 from dt_station_nodes.discovery.hypothesis_fit import Group, fit_groups, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
@@ -53,3 +57,14 @@ def test_the_best_starts_are_passed_over_where_they_have_been_followed() -> None
     second = fit_hypothesis(problem, hypothesis, starts, iterations=0, keep=1, passed=1)
     assert np.array_equal(first.fitted.x, starts[1])
     assert np.array_equal(second.fitted.x, starts[2])
+
+
+def test_a_warm_up_that_settles_within_seconds_begins_steeply() -> None:
+    problem, hypothesis = nominal(())
+    truth = add_effect(PATH, Candidate("gain_drift"), {"rate_per_s": 0.084, "settling_s": 5.0})
+    warm = replace(problem, measured=problem.simulate(truth))
+    near = add_effect(PATH, Candidate("gain_drift"), {"rate_per_s": 0.03, "settling_s": 9.0})
+    free = freed_on(warm, near, hypothesis.terms, {"gain_drift": ("rate_per_s", "settling_s")})
+    (drift,) = fit_hypothesis(warm, free, iterations=20).path.effects
+    assert drift.parameters["rate_per_s"] == pytest.approx(0.084, rel=0.02)
+    assert drift.parameters["settling_s"] == pytest.approx(5.0, rel=0.02)

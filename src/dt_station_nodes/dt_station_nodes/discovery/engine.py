@@ -91,7 +91,9 @@ def discover(
             if short.note:
                 notes.append(short.note)
                 finding = carried_over(finding, make_problem(run, spec, check.channel, same, check.frozen), path)
-            whole = make_problem(validation, spec, check.channel, same) if validation and unseen else None
+            whole = unseen
+            if validation and unseen and len(unseen.measured) < len(validation):
+                whole = make_problem(validation, spec, check.channel, same)
             finding = without_echo(polished(finding, whole), findings)
             known = finding.verdict is not Verdict.UNEXPLAINED
             if check.channel in frozen and known and not stands(finding.problem, finding.best.fit.path):

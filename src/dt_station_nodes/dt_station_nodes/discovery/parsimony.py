@@ -130,9 +130,8 @@ def _around(bench: Bench, explanation: Explanation) -> Explanation:
     if "friction" not in explanation.added:
         return explanation
     fit = explanation.fit
-    acts = np.array([term.effect >= 0 and not term.logarithmic for term in fit.hypothesis.terms])
     for _ in range(_ROUNDS):
-        starts = [np.where(acts, fit.fitted.x * factor, fit.fitted.x) for factor in _AROUND]
+        starts = [fit.hypothesis.scaled(fit.fitted.x, factor) for factor in _AROUND]
         found = min((fit_hypothesis(bench.problem, fit.hypothesis, [x]) for x in starts), key=lambda f: f.fitted.cost)
         if found.fitted.cost >= fit.fitted.cost:
             break

@@ -134,8 +134,7 @@ def _refitted(near: Problem, fit: Fit) -> Fit:
     fits = []
     for hypothesis in (_textbook(here), here):
         start = hypothesis.start()
-        acts = np.array([term.effect >= 0 and not term.logarithmic for term in hypothesis.terms])
-        starts = [np.where(acts, start * factor, start) for factor in AROUND]
+        starts = [hypothesis.scaled(start, factor) for factor in AROUND]
         fits += [fit_hypothesis(near, hypothesis, [x], iterations=15) for x in starts]
     return min(fits, key=lambda f: f.fitted.cost)
 
@@ -148,7 +147,6 @@ def _less_adrift(near: Problem, fit: Fit, check: Problem | None) -> Fit:
     """
     hypothesis = Hypothesis(fit.path, fit.hypothesis.terms)
     bounds = hypothesis.bounds
-
     runs = [near] if check is None or has_chance(fit.path) else [near, check]
 
     def gaps(x: Array) -> list[Array]:

@@ -135,8 +135,8 @@ def _settled(bench: Bench, task: _Task) -> _Task:
     samples, floors = bench.worth(nearest), bench.floors(nearest)
     best = min(forms, key=lambda e: (e.hollow, penalised(bench, e, samples, floors)))
     # What is as large as its refined form says may be felt by what comes behind it.
-    ahead, _ = in_sequence(bench, best, task.candidate)
-    return replace(task, seen=best if ahead is best else bench.settled(ahead))
+    other = best if bench.rough else in_sequence(bench, best, task.candidate)[0]
+    return replace(task, seen=best if other is best else bench.settled(other))
 
 
 class StoppedError(KeyboardInterrupt):

@@ -91,6 +91,11 @@ class Hypothesis:
             changes["disturbance"] = self.path.disturbance.model_copy(update=away)
         return self.path.model_copy(update=changes)
 
+    def scaled(self, x: Array, factor: float) -> Array:
+        """Searched variables (p,) with the effects' numbers, times apart, `factor` times as large."""
+        acts = np.array([term.effect >= 0 and not term.logarithmic for term in self.terms])
+        return np.where(acts, factor * x, x)
+
     def start(self) -> Array:
         """Searched variables (p,) of the path as it stands."""
         values = []
