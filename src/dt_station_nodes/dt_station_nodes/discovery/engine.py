@@ -11,6 +11,7 @@ from ..core.run import Run
 from .channel import Finding, examine
 from .condense import condensed
 from .data_checks import check_run
+from .drift import found_adrift
 from .echo import without_echo
 from .next_experiment import propose
 from .noise import difference_noise, effective_samples
@@ -87,9 +88,9 @@ def discover(
             finding = examine(problem, path, same, progress, unseen, workers)
             # What is carried over to all samples is refitted to this run, which would not show it.
             finding, note = found_there(finding, None if short.note else unseen, path, same, progress, workers)
-            notes += [note] if note else []
+            finding, drift = found_adrift(finding, short.run, validation, spec, same, progress, workers)
+            notes += [text for text in (note, drift, short.note) if text]
             if short.note:
-                notes.append(short.note)
                 finding = carried_over(finding, make_problem(run, spec, check.channel, same, check.frozen), path)
             whole = unseen
             if validation and unseen and len(unseen.measured) < len(validation):

@@ -47,11 +47,11 @@ class Windows:
 def make_windows(
     samples: int, sample_time_s: float, window_s: float, anchored: bool, trend: bool = False, first: int = 0
 ) -> Windows:
-    """Windows of nearly equal length of about `window_s`; at least two where the run allows.
+    """Windows of nearly equal length of about `window_s`; at least two where the run allows, one if it is infinite.
 
     The `first` samples, where given, are a window of their own: what they say of the start leaves the others alone.
     """
-    count = max(2, round((samples - first) * sample_time_s / window_s))
+    count = max(1 if window_s == np.inf else 2, round((samples - first) * sample_time_s / window_s))
     count = min(count, max(1, (samples - first) // 8))
     edges = np.linspace(first, samples, count + 1).round().astype(np.int64)
     return Windows(np.concatenate([[0], edges]) if first > 0 else edges, anchored, trend)
