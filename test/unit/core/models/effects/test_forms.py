@@ -4,7 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from control import pade
 from numpy.typing import NDArray
+from scipy.signal import lsim
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec
@@ -46,6 +48,32 @@ def test_a_dispersed_delay_answers_a_step_at_once_and_ends_where_a_plain_one_doe
     late, dispersed = (pressure(step, having(PRESSURE, "delay", delay_s=0.1, dispersion=s)) for s in (0.0, 1.0))
     assert abs(dispersed[-1] - late[-1]) < 1e-3 * (late[-1] - 1e6)
     assert np.ptp(late[:118]) < 1.0 < np.ptp(dispersed[:118])
+
+
+@pytest.mark.parametrize(("order", "blocks"), [(2.0, [1]), (1.0, [2]), (2.0 ** (-4 / 5), [2, 2])])
+def test_a_dispersed_delay_is_a_pade_element_of_any_order(order: float, blocks: list[int]) -> None:
+    seconds = np.arange(3000) * STEP_S
+    voltage = np.sin(2.0 * np.pi * 1.1 * seconds) + 0.5 * np.sign(np.sin(2.0 * np.pi * 0.3 * seconds))
+    ours = position(voltage, having(POSITION, "delay", delay_s=0.2, dispersion=order))
+    top, bottom = np.ones(1), np.ones(1)
+    for degree in blocks:
+        numerator, denominator = pade(0.2 / len(blocks), degree)
+        top, bottom = np.polymul(top, numerator), np.polymul(bottom, denominator)
+    times, fine = np.arange(30000) * STEP_S / 10.0, np.repeat(voltage, 10)
+    late = lsim((np.polymul([206.4], top), np.polymul([1.0, 23.34, 0.0], bottom)), fine, times)[1][::10] / 100.0
+    plain = position(voltage, POSITION)
+    assert np.std(ours - late) < 0.02 * np.std(plain - late)
+
+
+def test_two_joints_of_unequal_play_stand_still_as_long_as_the_tighter_one() -> None:
+    seconds = np.arange(2000) * STEP_S
+    voltage = 2.0 * np.sin(2.0 * np.pi * 0.5 * seconds)
+    moved = position(voltage, POSITION)
+    half = 0.1 * float(np.ptp(moved))
+    plays = [position(voltage, having(POSITION, "backlash", half_width=half * share)) for share in (1.3, 0.7)]
+    both = position(voltage, having(POSITION, "backlash", half_width=half, spread=0.3))
+    assert np.allclose(both, 0.5 * (plays[0] + plays[1]), atol=1e-12)
+    assert not np.allclose(both, position(voltage, having(POSITION, "backlash", half_width=half)), atol=0.1 * half)
 
 
 def test_what_leaks_at_rest_and_is_made_up_for_does_not_show_there() -> None:

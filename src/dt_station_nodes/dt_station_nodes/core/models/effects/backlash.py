@@ -8,17 +8,20 @@ from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    half_width = p[0]
+    wide, narrow = p[0] * (1.0 + p[2]), p[0] * (1.0 - p[2])
     if s[1] == 0.0:
         s[1] = 1.0
         s[0] = value
-    s[0] = min(max(s[0], value - half_width), value + half_width)
+        s[4] = value
+    s[0] = min(max(s[0], value - wide), value + wide)
+    s[4] = min(max(s[4], value - narrow), value + narrow)
+    carried = 0.5 * (s[0] + s[4])
     if p[1] <= 1e-9:
-        return s[0]
+        return carried
     if s[3] == 0.0:
         s[3] = 1.0
-        s[2] = s[0]
-    s[2] = s[0] + (s[2] - s[0]) * math.exp(-c[SUBSTEP] / p[1])
+        s[2] = carried
+    s[2] = carried + (s[2] - carried) * math.exp(-c[SUBSTEP] / p[1])
     return s[2]
 
 
@@ -38,10 +41,19 @@ EFFECT = Effect(
         Parameter(
             "lag_s", Quantity.TIME, "time over which a compliant contact closes", 0.0, 1.0, (0.02,), optional=True
         ),
+        Parameter(
+            "spread",
+            Quantity.RATIO,
+            "two joints share the load: how much more and less play they have than on average",
+            0.0,
+            0.6,
+            (0.25,),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Hold the actuator and move the load by hand or dial gauge; look at pins, couplings and sensor mounting.",
     source="Nordin & Gutman, Automatica 38 (2002) 1633: dead-zone-free play model",
-    state_size=4,
+    state_size=5,
     also=on_both(Attachment.INPUT),
 )

@@ -11,11 +11,11 @@ _SLOTS = 512
 
 
 @njit(cache=True)
-def _dispersed(s: Doubles, delay: float, h: float, value: float) -> float:
-    """The second-order Pade element of the same delay by the bilinear rule, which keeps it all-pass."""
+def _dispersed(s: Doubles, delay: float, order: float, h: float, value: float) -> float:
+    """An all-pass element of the same delay by the bilinear rule: Pade's second `order` at 1, his first at 2."""
     if delay <= 1e-9:
         return value
-    half, square = delay / h, delay * delay / (3.0 * h * h)
+    half, square = delay / h, max(2.0 - order, 0.01) * delay * delay / (3.0 * h * h)
     whole = square + half + 1.0
     back, middle = (square - half + 1.0) / whole, (2.0 - 2.0 * square) / whole
     if s[514] == 0.0:
@@ -36,14 +36,15 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     head = int(s[512])
     s[head] = value
     wander = p[2] * math.sin(2.0 * math.pi * p[3] * c[TIME] + p[4]) if p[2] != 0.0 else 0.0
-    behind = min(max(p[0] * (1.0 + p[1] * abs(value) + wander) / c[SUBSTEP], 0.0), 510.0)
+    spread = p[0] * min(p[5], 1.0)
+    behind = min(max((p[0] * (1.0 + p[1] * abs(value) + wander) - spread) / c[SUBSTEP], 0.0), 510.0)
     whole = int(behind)
     part = behind - whole
     recent = s[(head - whole) % 512]
     older = s[(head - whole - 1) % 512]
     s[512] = (head + 1) % 512
     on_time = recent + part * (older - recent)
-    return on_time if p[5] == 0.0 else on_time + p[5] * (_dispersed(s, p[0], c[SUBSTEP], value) - on_time)
+    return on_time if p[5] == 0.0 else _dispersed(s, spread, max(p[5], 1.0), c[SUBSTEP], on_time)
 
 
 EFFECT = Effect(
@@ -75,13 +76,13 @@ EFFECT = Effect(
         Parameter(
             "dispersion",
             Quantity.RATIO,
-            "0: all of it comes after the delay, 1: quick changes come early, as of a second-order Pade element",
+            "share of the dead time by which quick changes come early: 1 as of Pade's second-order element, 2 first",
             0.0,
-            1.0,
-            (1.0,),
+            2.0,
+            (0.6, 1.0, 2.0),
             optional=True,
             apart=True,
-            usual=(1.0,),
+            usual=(1.0, 2.0),
         ),
     ),
     step=_step,
