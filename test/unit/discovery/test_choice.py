@@ -154,6 +154,7 @@ def test_what_three_others_would_do_as_well_beside_an_effect_is_its_form(
     fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, others: int, named: tuple[str, ...]
 ) -> None:
     monkeypatch.setattr(channel, "certain", lambda *_: True)
+    monkeypatch.setattr(channel, "sensible", lambda *_: True)
     null, one, two = (leaving(fitted, left, *names) for left, names in ((100.0, ()), (5.0, ("delay",)), (0.5, TWO)))
     as_well = [leaving(fitted, 0.5, "delay", name) for name in ("bias", "backlash", "hysteresis")[:others]]
     monkeypatch.setattr(channel, "best_set", lambda _, known, __: two if two in known else one)

@@ -14,6 +14,7 @@ from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
+from .stick_slip import breakaways_v
 from .terms import Hypothesis, Term
 from .valve_curve import flattest_v, kinks_v
 
@@ -21,15 +22,22 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 Freed = Mapping[str, tuple[str, ...]]
 
-# Play belongs to a linkage; in a pressure valve it could only be another word for hysteresis.
-_NO_PLAY = ("backlash", Channel.PRESSURE)
-# A cylinder stands still at 0 V: its valve works about no other voltage. A pressure has no two ends.
-_ONE_FORM = (("dead_zone", Channel.POSITION), ("overflow", Channel.PRESSURE))
+# No linkage carries a pressure: play is before its valve's spool, where a sharp hysteresis looks the same.
+_BEFORE_SPOOL = ("backlash", Channel.PRESSURE)
+# A cylinder stands still at 0 V: its valve works about no other voltage; no slow store feeds what leaks past its
+# piston. A pressure has no two ends.
+_ONE_FORM = (
+    *((name, Channel.POSITION) for name in ("dead_zone", "friction", "leakage")),
+    ("overflow", Channel.PRESSURE),
+)
+# A spool that slips no further than where it slides is a play operator: only its form apart is friction.
+_NOT_PLAIN = ("friction", Channel.PRESSURE)
 _MOST_PAIRS = 150
 _STOPS = ("limit", "lower_limit", "standing")
 _INWARDS = (0.02, 0.1, 0.25)  # of the run's way
 _HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only just meets
 _FINE_STARTS = 16
+_SLIPS = tuple(0.3 + 0.035 * k for k in range(20))
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
 _FAR = 0.5
 
@@ -62,6 +70,11 @@ class Candidate:
         elsewhere = self.effect.apart_at not in (None, self.at)
         return tuple(p.name for p in self.effect.parameters if not self._needs(p) and not (p.apart and elsewhere))
 
+    def refining(self, channel: Channel) -> tuple[str, ...]:
+        """Those that mean something on a channel and have starts."""
+        known = {name: self.effect.parameter(name) for name in self.optional}
+        return tuple(name for name, p in known.items() if p.starts and channel in p.channels)
+
     def _needs(self, parameter: Parameter) -> bool:
         return not parameter.optional or (parameter.apart if self.apart else parameter.tried_first)
 
@@ -70,8 +83,10 @@ def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
     """Every effect that can act on a channel, at every place it may have; with their forms apart if so wanted."""
     found = []
     for name, effect in registry().items():
-        if channel in effect.channels and (name, channel) != _NO_PLAY:
-            found += [Candidate(name, at) for at in (None, *effect.places(channel)[1:])]
+        if channel in effect.channels:
+            elsewhere = effect.places(channel)[1:]
+            usual = () if (name, channel) in (_NOT_PLAIN, _BEFORE_SPOOL) else (None,)
+            found += [Candidate(name, at) for at in (*usual, *elsewhere)]
             formed = apart and (name, channel) not in _ONE_FORM and any(_by_itself(p) for p in effect.parameters)
             found += [Candidate(name, effect.apart_at, apart=True)] * formed
     return tuple(found)
@@ -108,7 +123,9 @@ def grid(
         return [1.0]
     if candidate.name == "overflow" and name in _STOPS:
         return stop_starts(problem, path, parameter)
-    if fine and parameter.grain > 0.0 and not problem.rough:
+    if fine and candidate.name == "friction" and parameter.grain_on(problem.channel) > 0.0:
+        return list(_SLIPS) if name == "slip" else breakaways_v(problem, path, residual)
+    if fine and parameter.grain_on(problem.channel) > 0.0 and not problem.rough:
         return list(unit * np.geomspace(min(parameter.starts), 1.5 * max(parameter.starts), _FINE_STARTS))
     return [start * unit for start in parameter.starts]
 
@@ -198,7 +215,7 @@ def pair_starts(
 
 def all_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual: Array) -> list[PathSpec]:
     """Paths with the candidate at combinations of the starts of all its parameters, evenly drawn from where many."""
-    names = candidate.required + tuple(p for p in candidate.optional if candidate.effect.parameter(p).starts)
+    names = candidate.required + candidate.refining(problem.channel)
     grids = []
     for name in names:
         starts = grid(problem, path, candidate, name, residual)

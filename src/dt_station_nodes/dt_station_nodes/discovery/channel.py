@@ -15,6 +15,7 @@ from .problem import Problem
 from .result import Verdict
 from .search import StoppedError, distinct, scan, scan_whole
 from .selection import Bench, Explanation, Progress, as_given, fit_null
+from .sense import sensible
 from .settings import DiscoverySettings
 from .strangers import SAME, other_dynamics, stranger
 from .terms import nominal_terms
@@ -189,7 +190,8 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     else:
         verdict = _silent(bench, given, null, measure)
     # Between forms that both miss as much as they miss of the truth, a likelihood decides nothing.
-    alike = [p for p in peers if left > LEFT_NOISE * measure.noise and measure.left(p[1]) < ALIKE * left]
+    much = left > LEFT_NOISE * measure.noise
+    alike = [p for p in peers if much and measure.left(p[1]) < ALIKE * left and sensible(p[1], bench.problem)]
     instead = alternatives(best, [p for p in peers if p[0] <= SAME or p in alike])
     vague = any(len(names) >= VAGUE for names in instead)
     if len(best.added) > 1 and (vague or (further and verdict is Verdict.UNEXPLAINED)):

@@ -236,5 +236,6 @@ def effect_term(problem: Problem, index: int, parameter: Parameter, at: Attachme
         upper = max(upper, parameter.upper * SAMPLE_S / problem.simulator.sample_time_s)
     if logarithmic and lower <= 0.0:
         lower = 1e-4 * upper
-    grain = min(parameter.grain, _ROUGH_GRAIN) if problem.rough else parameter.grain
+    grain = parameter.grain_on(problem.channel)
+    grain = min(grain, _ROUGH_GRAIN) if problem.rough else grain
     return Term(index, parameter.name, lower, upper, unit, logarithmic, grain=grain)

@@ -55,7 +55,7 @@ def refinements(
     Not `timed`, nothing is sought that comes and goes: in rough data anything seems to.
     """
     timing = seen_timing(problem, path, candidate.name) if timed else {}
-    own = [name for name in candidate.optional if candidate.effect.parameter(name).starts]
+    own = list(candidate.refining(problem.channel))
     if problem.windows.anchored:
         own = [name for name in own if (candidate.name, name) not in _NO_PISTONS]
     return Refinements(candidate, {name: grid(problem, path, candidate, name, residual) for name in own}, timing)

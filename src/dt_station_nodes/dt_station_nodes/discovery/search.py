@@ -22,6 +22,7 @@ from .refinements import refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
 from .start_groups import by_form, unbent
+from .stick_slip import stepped, sticks
 from .terms import Hypothesis
 
 Array = NDArray[np.float64]
@@ -90,6 +91,7 @@ def _plain(bench: Bench, task: _Task) -> _Task:
         pairs = pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like)
         anew.append(Group(pairs, 2))
     fit = fit_groups(problem, like, *_spared(task, groups, anew), bench.iterations, task.rival)
+    fit = stepped(problem, fit) if sticks(problem, task.added) else fit
     freed = {**task.freed, candidate.name: candidate.required}
     found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)
     return replace(task, candidate=candidate, seen=bench.judged(found))
@@ -119,6 +121,7 @@ def _form(
     starts = [h.start() for h in hypotheses]
     starts += unbent(bench.nominal, starts)
     fit = fit_hypothesis(bench.problem, hypotheses[0], starts, iterations, keep, rival=task.rival)
+    fit = stepped(bench.problem, fit) if sticks(bench.problem, task.added) else fit
     return bench.explained(fit, task.added, freed, glance=True)
 
 
@@ -207,7 +210,7 @@ def _whole(bench: Bench, task: _Task, iterations: int, keep: int) -> _Task:
     """The form with all its parameters free, from the best of all their starts."""
     base, candidate = task.base, task.candidate
     paths = all_starts(bench.problem, base.fit.path, candidate, base.fit.residual)
-    names = tuple(name for name in candidate.optional if candidate.effect.parameter(name).starts)
+    names = candidate.refining(bench.problem.channel)
     return replace(task, seen=bench.judged(_form(bench, task, names, paths, iterations, keep)))
 
 

@@ -25,6 +25,7 @@ OFTEN = 0.5  # of the run beyond a stop: what gives way so much is a leak
 WORKING = 0.5  # a valve that works about a voltage more than about 0 V
 MOST_OVERRIDE = 0.45  # share of what comes on top of a relief valve's limit that it leaves
 LEAST_PLAY = 0.2  # times the way gone in the time in which it closes
+LEAST_SLIP = 0.2  # of what a spool takes to break away
 MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
 
 
@@ -49,6 +50,8 @@ def sensible(explanation: Explanation, problem: Problem) -> bool:
     if "overflow" in explanation.added and not problem.windows.anchored and not _spills(explanation):
         return False
     if "backlash" in explanation.added and not _plays(explanation, problem):
+        return False
+    if "friction" in explanation.added and problem.channel is Channel.PRESSURE and not _slips(explanation):
         return False
     if "leakage" in explanation.added and not _loses(explanation, problem.channel):
         return False
@@ -140,6 +143,12 @@ def _plays(explanation: Explanation, problem: Problem) -> bool:
         return play.parameters["half_width"] > 0.0
     closing = play.parameters["lag_s"] * problem.scales[Quantity.VELOCITY]
     return play.parameters["half_width"] > LEAST_PLAY * closing
+
+
+def _slips(explanation: Explanation) -> bool:
+    """Whether a spool that breaks away slips a part of the way: one that does not is a play operator, a loop."""
+    spool = next(e for e in explanation.fit.path.effects if e.name == "friction").parameters
+    return spool["slip"] > LEAST_SLIP
 
 
 def _laps(explanation: Explanation, problem: Problem) -> bool:

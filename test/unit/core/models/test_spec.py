@@ -45,7 +45,7 @@ def test_numbers_without_a_dot_are_numbers():
         (FIRST_ORDER.replace("pressure", "presure"), "presure"),
         (FIRST_ORDER + "    rst: 3\n", "rst"),
         (FIRST_ORDER + "    effects: [{name: ghost}]\n", "no effect is called ghost"),
-        (FIRST_ORDER + "    effects: [{name: friction, parameters: {coulomb_v: 1}}]\n", "does not act"),
+        (FIRST_ORDER + "    effects: [{name: quadratic_damping, parameters: {coefficient: 1}}]\n", "does not act"),
         (FIRST_ORDER + "    effects: [{name: dead_zone, parameters: {width: 1}}]\n", "half_width_v"),
         (FIRST_ORDER + "    effects: [{name: dead_zone, parameters: {half_width_v: .nan}}]\n", "finite"),
         (FIRST_ORDER + "    disturbance: {numerator: [1], denominator: [1, 1]}\n", "only the position path"),

@@ -111,3 +111,32 @@ def test_a_droop_divides_the_gain(volts: float) -> None:
     voltage = np.full(1500, volts)
     above = pressure(voltage, droop)[-1] - 1e6
     assert above * (1.0 + per_pa * above) == pytest.approx(pressure(voltage, PRESSURE)[-1] - 1e6, rel=1e-3)
+
+
+def spool(voltage: Array, **parameters: float) -> Array:
+    """Voltage (V) at which a spool with friction stands, as a slow valve's pressure shows it."""
+    gain = (pressure(np.full(400, 1.0), PRESSURE)[-1] - 1e6) / 1.0
+    return (pressure(voltage, having(PRESSURE, "friction", **parameters)) - 1e6) / gain
+
+
+def test_a_spool_that_slips_moves_in_stairs_and_stays_at_most_as_far_behind_as_it_sticks() -> None:
+    voltage = np.concatenate([np.linspace(0.0, 4.0, 20000), np.linspace(4.0, 1.0, 20000)])
+    stands = spool(voltage, coulomb_v=0.4, slip=0.75)
+    behind = np.abs(voltage - stands)
+    assert behind.max() < 0.42
+    levels = np.round(stands[np.abs(np.gradient(stands)) < 1e-7], 2)
+    assert len(np.unique(levels)) >= 12
+    assert np.diff(np.unique(levels[: len(levels) // 2])).min() > 0.28
+
+
+def test_a_spool_that_slips_nowhere_is_a_play_operator_and_one_that_slides_on_has_no_stairs() -> None:
+    voltage = 2.0 + 1.5 * np.sin(2.0 * np.pi * 0.2 * np.arange(4000) * STEP_S)
+    play = (pressure(voltage, having(PRESSURE, "hysteresis", half_width_v=0.3)) - 1e6) * 1e-6
+    stuck = (pressure(voltage, having(PRESSURE, "friction", coulomb_v=0.3, slip=0.0)) - 1e6) * 1e-6
+    assert np.allclose(play, stuck, atol=1e-9)
+    sliding, stairs = (spool(voltage, coulomb_v=0.3, slip=0.5, slides_on=on) for on in (1.0, 0.0))
+    rising = slice(200, 240)
+    assert np.all(np.diff(sliding[rising]) > 1e-4)
+    assert np.any(np.diff(stairs[200:400]) < 1e-5)
+    damped = spool(voltage, coulomb_v=0.3, slip=0.5, slide_s=0.05)
+    assert np.std(damped - stairs) > 0.01

@@ -55,7 +55,7 @@ class Parameter:
     makes a form of its own, to which no fit finds the way from the plain one; tried first, each of its starts does.
     `usual` values are a choice of form, no measured number: a fit that ends near one is tried there. What a parameter
     changes may come in stairs: less than its `grain` shows in no sample, so its fit begins from finer starts and
-    takes slopes over that.
+    takes slopes over that, on the channels `in_stairs`. It means something on its `channels` only.
     """
 
     name: str
@@ -71,6 +71,12 @@ class Parameter:
     apart: bool = False
     usual: tuple[float, ...] = ()
     grain: float = 0.0
+    in_stairs: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
+    channels: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
+
+    def grain_on(self, channel: Channel) -> float:
+        """Its grain on a channel."""
+        return self.grain if channel in self.in_stairs else 0.0
 
     @property
     def shows_presence(self) -> bool:

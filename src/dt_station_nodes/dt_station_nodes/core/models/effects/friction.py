@@ -1,12 +1,15 @@
-"""Friction: dry friction holds the piston until the valve overcomes it."""
+"""Friction: dry friction holds the piston until the valve overcomes it, or a pressure valve's spool until it slips."""
 
 import math
 
 from numba import njit
 
 from ...channels import Channel
-from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, SUBSTEP, VELOCITY_GAIN, Doubles, effect_step
+from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, OWN_LOAD, SUBSTEP, VELOCITY_GAIN, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
+
+_PISTON, _SPOOL = (Channel.POSITION,), (Channel.PRESSURE,)
+_STILL = 0.05  # of what makes a spool slip: as near to where it comes to rest it sticks again
 
 
 @njit(cache=True)
@@ -22,8 +25,31 @@ def _slipping(velocity: float, pull: float, slip: float) -> float:
     return math.copysign(found, velocity)
 
 
+@njit(cache=True)
+def _spool(p: Doubles, s: Doubles, value: float, h: float) -> float:
+    """Where a spool is that sticks until the voltage is a level off, then slips a share of that."""
+    level, end, slide, slides_on = p[0], p[0] * (1.0 - p[7]), p[8], p[9] > 0.5
+    if s[1] == 0.0:
+        s[1] = 1.0
+        s[0] = value
+    if s[2] == 0.0 and abs(value - s[0]) > level:
+        s[2] = math.copysign(1.0, value - s[0])
+    if s[2] != 0.0:
+        to_go = (value - s[0]) * s[2] - end
+        if to_go <= 0.0:
+            s[2] = 0.0
+            return s[0]
+        moved = to_go * (1.0 - math.exp(-h / slide)) if slide > 1e-6 else to_go
+        s[0] += s[2] * moved
+        if to_go - moved <= _STILL * level and not slides_on:
+            s[2] = 0.0
+    return s[0]
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    if c[OWN_LOAD] > 0.0:
+        return _spool(p, s, value, c[SUBSTEP])
     coulomb, static_excess, stribeck_velocity, asymmetry = p[0], p[1], p[2], p[3]
     load_share, presliding, slip = p[4], p[5], p[6]
     gain = c[VELOCITY_GAIN]
@@ -56,11 +82,18 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
 
 EFFECT = Effect(
     name="friction",
-    sentence="Dry friction opposes motion and holds the piston still at small voltages and at reversals.",
+    sentence="Dry friction holds the piston, or the spool of a pressure valve, until the voltage overcomes it.",
     attachment=Attachment.STATE,
     parameters=(
         Parameter(
-            "coulomb_v", Quantity.INPUT, "Coulomb friction, referred to the valve voltage", 0.0, 1.5, (0.03, 0.15, 0.5)
+            "coulomb_v",
+            Quantity.INPUT,
+            "Coulomb friction, referred to the valve voltage; of a spool, what makes it slip",
+            0.0,
+            1.5,
+            (0.03, 0.15, 0.5),
+            grain=0.005,
+            in_stairs=_SPOOL,
         ),
         Parameter(
             "static_excess_v",
@@ -70,8 +103,18 @@ EFFECT = Effect(
             1.0,
             (0.0, 0.05),
             optional=True,
+            channels=_PISTON,
         ),
-        Parameter("stribeck_velocity", Quantity.VELOCITY, "Stribeck velocity", 0.0, 0.3, (0.05,), optional=True),
+        Parameter(
+            "stribeck_velocity",
+            Quantity.VELOCITY,
+            "Stribeck velocity",
+            0.0,
+            0.3,
+            (0.05,),
+            optional=True,
+            channels=_PISTON,
+        ),
         Parameter(
             "asymmetry",
             Quantity.RATIO,
@@ -80,6 +123,7 @@ EFFECT = Effect(
             0.9,
             (0.0,),
             optional=True,
+            channels=_PISTON,
         ),
         Parameter(
             "load_share",
@@ -90,6 +134,7 @@ EFFECT = Effect(
             (0.0, 1.0),
             neutral=1.0,
             optional=True,
+            channels=_PISTON,
         ),
         Parameter(
             "presliding",
@@ -99,6 +144,7 @@ EFFECT = Effect(
             0.1,
             (0.0, 0.003),
             optional=True,
+            channels=_PISTON,
         ),
         Parameter(
             "slip_velocity",
@@ -108,12 +154,46 @@ EFFECT = Effect(
             0.1,
             (0.03,),
             optional=True,
+            channels=_PISTON,
+        ),
+        Parameter(
+            "slip",
+            Quantity.RATIO,
+            "share of what makes a spool slip that it has slipped when it sticks again",
+            0.0,
+            1.0,
+            (0.5, 0.8),
+            optional=True,
+            apart=True,
+            grain=0.02,
+            channels=_SPOOL,
+        ),
+        Parameter(
+            "slide_s",
+            Quantity.TIME,
+            "time constant with which it slides, as oil damps it",
+            0.0,
+            0.3,
+            (0.01, 0.03),
+            optional=True,
+            channels=_SPOOL,
+        ),
+        Parameter(
+            "slides_on",
+            Quantity.RATIO,
+            "0: it sticks again after each slip, 1: it slides on until the voltage turns back",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            usual=(1.0,),
+            channels=_SPOOL,
         ),
     ),
     step=_step,
-    check="Move slowly both ways and read the voltage needed at constant speed; look at seals, guides and alignment.",
-    source="Armstrong-Helouvry et al., Automatica 30 (1994) 1083; stick by implicit Euler; Dahl bristle (1968)",
-    state_size=1,
-    channels=(Channel.POSITION,),
+    check="Move slowly both ways and read the voltage needed at constant speed; look at seals, guides and dither.",
+    source="Armstrong-Helouvry et al., Automatica 30 (1994) 1083; stick by implicit Euler; Dahl bristle (1968); "
+    "He et al., Ind. Eng. Chem. Res. 46 (2007) 8741 and Kano et al., ADCHEM (2003): valve stiction",
+    state_size=3,
     sub_stepped=True,
 )

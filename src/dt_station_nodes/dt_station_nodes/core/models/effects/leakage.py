@@ -4,6 +4,7 @@ import math
 
 from numba import njit
 
+from ...channels import Channel
 from ..compiled import (
     INJECTION,
     INJECTION_GAIN,
@@ -90,6 +91,7 @@ EFFECT = Effect(
             2.0,
             (1.0,),
             optional=True,
+            apart=True,
             usual=(1.0,),
         ),
         Parameter(
@@ -106,11 +108,12 @@ EFFECT = Effect(
         Parameter(
             "lag_s",
             Quantity.TIME,
-            "time constant with which the leak moves the piston, as the trapped oil gives way",
+            "time constant with which the leak moves the piston, or lowers the pressure, as the trapped oil gives way",
             0.0,
-            0.5,
-            (0.0, 0.04),
+            4.0,
+            (0.0, 0.04, 1.0),
             optional=True,
+            apart=True,
         ),
         Parameter(
             "sag_bend",
@@ -120,6 +123,7 @@ EFFECT = Effect(
             100.0,
             (30.0,),
             optional=True,
+            channels=(Channel.POSITION,),
         ),
         Parameter(
             "widening",

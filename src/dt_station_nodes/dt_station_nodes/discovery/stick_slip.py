@@ -1,0 +1,57 @@
+"""Where fits of a spool that sticks and slips begin: its stairs are so jagged that none gets far."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.channels import Channel
+from ..core.models import PathSpec
+from .hypothesis_fit import Fit, fit_hypothesis
+from .problem import Problem
+
+Array = NDArray[np.float64]
+
+_NAME = "friction"
+_FURTHEST = 0.97  # quantile of how far the spool stays behind
+_LEVELS = np.geomspace(0.85, 1.6, 26)  # of that, as noise and lag blur it and bent parameters hide a part
+_STEP_V = 1e-3
+# About a fit: the level, each this part more, and what has slipped, this much more of it.
+_FINER, _STEPS = (0.004, 0.006), np.arange(-4, 5)
+_ROUNDS = 4
+
+
+def breakaways_v(problem: Problem, path: PathSpec, residual: Array) -> list[float]:
+    """Voltages (V) at which a spool before `path` would slip, were a residual (n,) how far it stays behind."""
+    simulator = problem.simulator
+    moved = replace(simulator, voltage_v=simulator.voltage_v + _STEP_V)
+    per_volt = float(np.median(np.abs(moved.simulate(path) - simulator.simulate(path)))) / _STEP_V
+    behind = float(np.quantile(np.abs(residual[problem.weights > 0.0]), _FURTHEST)) / max(per_volt, 1e-300)
+    return [float(volts) for volts in behind * _LEVELS]
+
+
+def sticks(problem: Problem, added: tuple[str, ...]) -> bool:
+    """Whether a spool that sticks is among the effects added."""
+    return problem.channel is Channel.PRESSURE and _NAME in added
+
+
+def stepped(problem: Problem, fit: Fit) -> Fit:
+    """A fit of a spool's stairs moved step by step to the best of all about it, until none is better."""
+    names = [fit.path.effects[t.effect].name if t.effect >= 0 else "" for t in fit.hypothesis.terms]
+    places = {t.name: i for i, (t, name) in enumerate(zip(fit.hypothesis.terms, names, strict=True)) if name == _NAME}
+    level, slip = places.get("coulomb_v"), places.get("slip")
+    if level is None or slip is None:
+        return fit
+    for _ in range(_ROUNDS):
+        starts = []
+        for more, further in product(_STEPS, _STEPS):
+            x = fit.fitted.x.copy()
+            x[level] *= 1.0 + _FINER[0] * more
+            x[slip] = np.clip(x[slip] + _FINER[1] * further, *fit.hypothesis.bounds[slip])
+            starts.append(x)
+        found = fit_hypothesis(problem, fit.hypothesis, starts, keep=2)
+        if found.fitted.cost >= fit.fitted.cost:
+            break
+        fit = found
+    return fit

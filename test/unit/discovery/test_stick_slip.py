@@ -1,0 +1,71 @@
+"""A spool that sticks and slips is found by where it breaks away, and told from a loop that does not jump."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec, PathSimulator
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.stick_slip import breakaways_v, stepped
+from dt_station_nodes.discovery.terms import nominal_terms
+
+MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
+PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
+BARE = PAPER.paths[Channel.PRESSURE].model_copy(update={"effects": ()})
+SPEC = ModelSpec(name="valve", paths={Channel.PRESSURE: BARE})
+TIME_S = 0.02 * np.arange(1200)
+WAVES = (np.sin(2.0 * np.pi * 0.31 * TIME_S), np.abs((0.37 * TIME_S) % 2.0 - 1.0) * 2.0 - 1.0)
+
+
+def run(stuck_v: float, slid_v: float, wave: int) -> Run:
+    """Pressure of a valve whose spool stays until `stuck_v` behind, then is `slid_v` behind, after He's flow chart."""
+    given = 2.0 + 1.2 * WAVES[wave]
+    acts, spool = [], 0.0
+    for voltage in given:
+        behind = float(voltage) - spool
+        if abs(behind) > stuck_v:
+            spool = float(voltage) - float(np.sign(behind)) * slid_v
+        acts.append(spool)
+    pressure = PathSimulator(Channel.PRESSURE, 0.02, np.array(acts), np.zeros(0), 1e6, 1e6).simulate(BARE)
+    noise = 0.01 * np.std(pressure) * np.random.default_rng(wave).standard_normal(pressure.size)
+    return Run(0.02, {"load_voltage_v": given, "pressure_pa": pressure + noise})
+
+
+def test_a_spool_that_jumps_is_friction_with_its_numbers() -> None:
+    result = discover(run(0.3, 0.1, 0), SPEC, run(0.3, 0.1, 1), DiscoverySettings(jobs=2))
+    assert result.verdict is Verdict.NAMED
+    (effect,) = result.effects
+    assert (effect.name, effect.alternatives) == ("friction", ())
+    assert effect.parameters["coulomb_v"].value == pytest.approx(0.3, rel=0.03)
+    assert effect.parameters["slip"].value == pytest.approx(2.0 / 3.0, abs=0.02)
+
+
+def test_one_that_does_not_jump_is_a_loop_or_play() -> None:
+    result = discover(run(0.2, 0.2, 0), SPEC, run(0.2, 0.2, 1), DiscoverySettings(jobs=2))
+    (effect,) = result.effects
+    assert (effect.name, effect.alternatives) == ("hysteresis", ("backlash",))
+    assert result.next_experiment is None
+
+
+@pytest.mark.parametrize("wave", [0, 1])
+@pytest.mark.parametrize(("stuck_v", "slid_v"), [(0.15, 0.03), (0.3, 0.1), (0.6, 0.3)])
+def test_how_far_the_spool_stays_behind_says_where_it_breaks_away(stuck_v: float, slid_v: float, wave: int) -> None:
+    problem = make_problem(run(stuck_v, slid_v, wave), SPEC, Channel.PRESSURE, DiscoverySettings())
+    starts = np.array(breakaways_v(problem, BARE, problem.residual(BARE)))
+    assert np.min(np.abs(starts / stuck_v - 1.0)) < 0.02
+
+
+def test_a_fit_beside_the_stairs_steps_onto_them() -> None:
+    problem = make_problem(run(0.3, 0.1, 0), SPEC, Channel.PRESSURE, DiscoverySettings())
+    near = add_effect(BARE, Candidate("friction", apart=True), {"coulomb_v": 0.295, "slip": 0.64})
+    begin = hypothesis(problem, near, nominal_terms(BARE, problem.signal), {"friction": ("coulomb_v", "slip")})
+    fit = fit_hypothesis(problem, begin, iterations=10)
+    better = stepped(problem, fit)
+    assert better.fitted.cost < 0.8 * fit.fitted.cost
+    assert float(np.std(better.residual)) * problem.sigma < 1.2 * problem.noise
