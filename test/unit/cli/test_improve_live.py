@@ -45,6 +45,9 @@ def answer():
     return discover(NotedStation().experiment(600), SPEC)
 
 
+PROPOSAL = NextExperiment("why", Channel.PRESSURE, "sine", 1.0, 2.0, 0.3, 0.5, 24.0, "voltage")
+
+
 def named(answer, confidence, alternatives=()):
     effect = NamedEffect("dead_zone", Channel.PRESSURE, confidence, {}, alternatives)
     return replace(answer, verdict=Verdict.NAMED, effects=(effect,), next_experiment=None)
@@ -63,7 +66,8 @@ def searching(monkeypatch, answers):
 
 
 def test_rounds_go_on_until_a_name_is_sure_each_validated_on_the_one_before(monkeypatch, tmp_path, answer):
-    answers = [named(answer, 0.5), named(answer, 0.9, ("hysteresis",)), named(answer, 0.9)]
+    doubtful = replace(named(answer, 0.9, ("hysteresis",)), next_experiment=PROPOSAL)
+    answers = [named(answer, 0.5), doubtful, named(answer, 0.9)]
     asked = searching(monkeypatch, answers)
     station, said = NotedStation(), []
     results, tables = experiments(station, SPEC, 5, 500, 1, tmp_path, said.append)
@@ -78,6 +82,14 @@ def test_a_sure_name_is_confirmed_by_a_second_experiment(monkeypatch, tmp_path, 
     searching(monkeypatch, [named(answer, 0.99), named(answer, 0.99)])
     results, _ = experiments(NotedStation(), SPEC, 5, 500, 1, tmp_path, lambda _: None)
     assert len(results) == 2
+
+
+def test_names_that_no_experiment_tells_apart_ask_for_none(answer):
+    alike = replace(named(answer, 0.5, ("backlash",)), next_experiment=None)
+    assert settled(alike, confirmed=True)
+    assert not settled(alike, confirmed=False)
+    assert not settled(replace(alike, next_experiment=PROPOSAL), confirmed=True)
+    assert not settled(replace(named(answer, 0.5), next_experiment=None), confirmed=True)
 
 
 def test_the_budget_ends_the_rounds(monkeypatch, tmp_path, answer):

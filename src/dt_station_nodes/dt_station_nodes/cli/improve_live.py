@@ -51,9 +51,14 @@ class Station(Protocol):
 
 
 def settled(result: DiscoveryResult, confirmed: bool) -> bool:
-    """Whether no further experiment is needed: a name has to stand on another waveform too."""
+    """Whether no further experiment is needed: a name has to stand on another waveform too.
+
+    Names that no proposed experiment would tell apart stay as they are.
+    """
     if result.verdict is Verdict.NAMED:
-        return confirmed and not any(effect.alternatives or effect.confidence < _SURE for effect in result.effects)
+        open_ones = [e for e in result.effects if e.alternatives or e.confidence < _SURE]
+        alike = result.next_experiment is None and all(e.alternatives for e in open_ones)
+        return confirmed and (alike or not open_ones)
     return result.verdict is not Verdict.UNEXPLAINED
 
 

@@ -22,7 +22,7 @@ from .refinements import refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
 from .start_groups import by_form, unbent
-from .stick_slip import stepped, sticks
+from .stick_slip import climbed, sticks
 from .terms import Hypothesis
 
 Array = NDArray[np.float64]
@@ -66,7 +66,9 @@ def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypoth
     """Starts from the base's nominal parameters, and from the given ones where it may have bent them to hide it."""
     base = task.base
     freed = {**task.freed, task.candidate.name: task.candidate.required}
-    paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual, fine=True)
+    # Beside other effects a spool's stairs are looked for about where they would be without: a grid of them is dear.
+    fine = not (base.added and sticks(bench.problem, (task.candidate.name,)))
+    paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual, fine)
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
     return starts, unbent(bench.nominal, starts), hypotheses[0]
@@ -91,7 +93,7 @@ def _plain(bench: Bench, task: _Task) -> _Task:
         pairs = pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like)
         anew.append(Group(pairs, 2))
     fit = fit_groups(problem, like, *_spared(task, groups, anew), bench.iterations, task.rival)
-    fit = stepped(problem, fit) if sticks(problem, task.added) else fit
+    fit = climbed(problem, task.added, fit, base.fit)
     freed = {**task.freed, candidate.name: candidate.required}
     found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)
     return replace(task, candidate=candidate, seen=bench.judged(found))
@@ -121,7 +123,7 @@ def _form(
     starts = [h.start() for h in hypotheses]
     starts += unbent(bench.nominal, starts)
     fit = fit_hypothesis(bench.problem, hypotheses[0], starts, iterations, keep, rival=task.rival)
-    fit = stepped(bench.problem, fit) if sticks(bench.problem, task.added) else fit
+    fit = climbed(bench.problem, task.added, fit, task.base.fit)
     return bench.explained(fit, task.added, freed, glance=True)
 
 

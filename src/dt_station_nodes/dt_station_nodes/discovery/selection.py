@@ -33,6 +33,8 @@ UNUSUAL = {
     ("overflow", "output"): 1.0,
     # Without voltages inside its band a dead zone only takes off a constant; a bias could as well add one.
     ("bias", "pressure"): 4.0,
+    # A pressure valve's loop is its magnet's more often than its spool's.
+    ("friction", "pressure"): 6.0,
     ("cross_coupling", "position"): 8.0,
     # A piston's drag grows with its speed's square where oil is thin and quick: a valve's limits are commoner.
     ("quadratic_damping", "position"): 6.0,

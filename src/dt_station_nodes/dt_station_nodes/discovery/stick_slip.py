@@ -20,6 +20,7 @@ _STEP_V = 1e-3
 # About a fit: the level, each this part more, and what has slipped, this much more of it.
 _FINER, _STEPS = (0.004, 0.006), np.arange(-4, 5)
 _ROUNDS = 4
+_CLIMBED = 0.5  # times the cost of the base: what explains less of the run than that is on no stairs
 
 
 def breakaways_v(problem: Problem, path: PathSpec, residual: Array) -> list[float]:
@@ -34,6 +35,12 @@ def breakaways_v(problem: Problem, path: PathSpec, residual: Array) -> list[floa
 def sticks(problem: Problem, added: tuple[str, ...]) -> bool:
     """Whether a spool that sticks is among the effects added."""
     return problem.channel is Channel.PRESSURE and _NAME in added
+
+
+def climbed(problem: Problem, added: tuple[str, ...], fit: Fit, base: Fit) -> Fit:
+    """The fit of one effect added to a base, on the best of the stairs about it where it is in stairs."""
+    single = len(added) == 1 and sticks(problem, added)
+    return stepped(problem, fit) if single and fit.fitted.cost < _CLIMBED * base.fitted.cost else fit
 
 
 def stepped(problem: Problem, fit: Fit) -> Fit:
