@@ -126,9 +126,8 @@ def test_a_pistons_stop_may_be_out_of_reach_and_is_no_relief_valve(problem: Prob
 
 def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert Candidate("friction") in library(Channel.POSITION)
-    # A spool's friction is a form of its own, its play stands before it: neither is what it is on a piston.
+    # A spool's friction is a form of its own.
     assert [c for c in library(Channel.PRESSURE) if c.name == "friction"] == [Candidate("friction", apart=True)]
-    assert [c.at for c in library(Channel.PRESSURE) if c.name == "backlash"] == [Attachment.INPUT]
     assert Candidate("leakage") in library(Channel.PRESSURE)
     apart = [c for c in library(Channel.POSITION) if c not in library(Channel.POSITION, apart=False)]
     assert [(c.name, c.at, c.required) for c in apart] == [

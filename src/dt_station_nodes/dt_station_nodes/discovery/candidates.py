@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 Freed = Mapping[str, tuple[str, ...]]
 
-# No linkage carries a pressure: play is before its valve's spool, where a sharp hysteresis looks the same.
-_BEFORE_SPOOL = ("backlash", Channel.PRESSURE)
+# Play belongs to a linkage; in a pressure valve it could only be another word for hysteresis.
+_NO_PLAY = ("backlash", Channel.PRESSURE)
 # A cylinder stands still at 0 V: its valve works about no other voltage; no slow store feeds what leaks past its
 # piston. A pressure has no two ends.
 _ONE_FORM = (
@@ -83,10 +83,9 @@ def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
     """Every effect that can act on a channel, at every place it may have; with their forms apart if so wanted."""
     found = []
     for name, effect in registry().items():
-        if channel in effect.channels:
-            elsewhere = effect.places(channel)[1:]
-            usual = () if (name, channel) in (_NOT_PLAIN, _BEFORE_SPOOL) else (None,)
-            found += [Candidate(name, at) for at in (*usual, *elsewhere)]
+        if channel in effect.channels and (name, channel) != _NO_PLAY:
+            places = () if (name, channel) == _NOT_PLAIN else (None, *effect.places(channel)[1:])
+            found += [Candidate(name, at) for at in places]
             formed = apart and (name, channel) not in _ONE_FORM and any(_by_itself(p) for p in effect.parameters)
             found += [Candidate(name, effect.apart_at, apart=True)] * formed
     return tuple(found)
