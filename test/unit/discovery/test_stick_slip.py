@@ -1,12 +1,16 @@
 """A spool that sticks and slips is found by where it breaks away, and told from a loop that does not jump."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+from valves import BARE, SPEC, WAVES, answered
+
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec, PathSimulator
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
@@ -14,13 +18,6 @@ from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.stick_slip import breakaways_v, stepped
 from dt_station_nodes.discovery.terms import nominal_terms
-
-MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
-PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
-BARE = PAPER.paths[Channel.PRESSURE].model_copy(update={"effects": ()})
-SPEC = ModelSpec(name="valve", paths={Channel.PRESSURE: BARE})
-TIME_S = 0.02 * np.arange(1200)
-WAVES = (np.sin(2.0 * np.pi * 0.31 * TIME_S), np.abs((0.37 * TIME_S) % 2.0 - 1.0) * 2.0 - 1.0)
 
 
 def run(stuck_v: float, slid_v: float, wave: int) -> Run:
@@ -32,9 +29,7 @@ def run(stuck_v: float, slid_v: float, wave: int) -> Run:
         if abs(behind) > stuck_v:
             spool = float(voltage) - float(np.sign(behind)) * slid_v
         acts.append(spool)
-    pressure = PathSimulator(Channel.PRESSURE, 0.02, np.array(acts), np.zeros(0), 1e6, 1e6).simulate(BARE)
-    noise = 0.01 * np.std(pressure) * np.random.default_rng(wave).standard_normal(pressure.size)
-    return Run(0.02, {"load_voltage_v": given, "pressure_pa": pressure + noise})
+    return answered(given, np.array(acts), wave)
 
 
 def test_a_spool_that_jumps_is_friction_with_its_numbers() -> None:

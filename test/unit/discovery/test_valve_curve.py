@@ -1,37 +1,27 @@
 """The flat of a valve's curve shows in a residual, wherever it lies."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+sys.path.insert(0, str(Path(__file__).parent))
+
+from valves import BARE, SPEC, WAVES, answered
+
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec, PathSimulator
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import Verdict, discover
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.valve_curve import flattest_v, kinks_v
 
-MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
-PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
-BARE = PAPER.paths[Channel.PRESSURE].model_copy(update={"effects": ()})
-SPEC = ModelSpec(name="valve", paths={Channel.PRESSURE: BARE})
-TIME_S = 0.02 * np.arange(1200)
-WAVES = (np.sin(2.0 * np.pi * 0.31 * TIME_S), np.abs((0.37 * TIME_S) % 2.0 - 1.0) * 2.0 - 1.0)
-
 
 def run(centre_v: float, half_width_v: float, wave: int) -> Run:
     """Pressure of a valve whose curve has a flat about a voltage, written as a clipped difference."""
     given = 2.0 + 1.2 * WAVES[wave]
     return answered(given, given - np.clip(given - centre_v, -half_width_v, half_width_v), wave)
-
-
-def answered(given: np.ndarray, acts: np.ndarray, wave: int) -> Run:
-    """The run of a valve at which another voltage acts than is given."""
-    pressure = PathSimulator(Channel.PRESSURE, 0.02, acts, np.zeros(0), 1e6, 1e6).simulate(BARE)
-    noise = 0.01 * np.std(pressure) * np.random.default_rng(wave).standard_normal(pressure.size)
-    return Run(0.02, {"load_voltage_v": given, "pressure_pa": pressure + noise})
 
 
 @pytest.mark.parametrize(("centre_v", "half_width_v"), [(1.3, 0.2), (2.0, 0.05), (2.6, 0.4)])

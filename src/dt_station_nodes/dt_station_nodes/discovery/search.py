@@ -66,7 +66,7 @@ def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypoth
     """Starts from the base's nominal parameters, and from the given ones where it may have bent them to hide it."""
     base = task.base
     freed = {**task.freed, task.candidate.name: task.candidate.required}
-    # Beside other effects a spool's stairs are looked for about where they would be without: a grid of them is dear.
+    # Beside other effects a spool's stairs begin from its few plain starts: a grid of them is dear.
     fine = not (base.added and sticks(bench.problem, (task.candidate.name,)))
     paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual, fine)
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
