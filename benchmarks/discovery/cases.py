@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from .experiments import SHAPES, make_drive, styles
-from .library import CHANNELS, OUTSIDE_ON, POSITION, PRESSURE, SINGLES, THIRD_ON, Scale, slot
+from .library import CHANNELS, OUTSIDE_ON, POSITION, PRESSURE, SINGLES, THIRD_ON, WORD, Scale, slot
 from .plant import Array, Drive, Nominals, Slot, simulate
 
 SENSOR_FLOOR = (0.0005, 0.0005)  # MPa and cm: what a held quantity still shows
@@ -190,7 +190,7 @@ def truth_of(made: Made) -> dict[str, object]:
     return {
         "kind": case.kind,
         "effects": [
-            {"name": n.removesuffix("_mixed"), "channel": CHANNELS[c], "family": f, "form": n, "severity": k}
+            {"name": WORD.get(n, n), "channel": CHANNELS[c], "family": f, "form": n, "severity": k}
             for n, c, f, k in case.effects
         ],
         "shape": case.shape,

@@ -3,7 +3,7 @@
 A slot is one imperfection: `code`, up to four numbers and a state array. Voltages in V; the position path counts in
 cm, cm/s, the pressure path in MPa, as the paper's models do. Sources of the forms: LuGre friction (Canudas de Wit et
 al. 1995), Bouc-Wen (Wen 1976), Prandtl-Ishlinskii as a Preisach model of plays (Krejci 1996), orifice flow (Merritt
-1967).
+1967), stiction of a valve (He et al. 2007), a spool that sticks (Karnopp 1985).
 """
 
 import math
@@ -19,7 +19,7 @@ DEAD_SHARP, DEAD_ROUND, SAT_SHARP, SAT_SMOOTH, PLAY_IN, PLAYS_IN, BOUC_WEN = 1, 
 DELAY, DELAY_FLOW, RATE_HARD, RATE_SOFT, GAIN_LOAD, GAIN_LOAD_ROOT = 8, 9, 10, 11, 12, 13
 GAIN_SIDE, GAIN_SIDE_SOFT, BIAS, BIAS_WARM, LAG, LAG_TWO, MODE_SERIES, MODE_PARALLEL = 14, 15, 16, 17, 18, 19, 20, 21
 DRIFT, DRIFT_WARM, RIPPLE, RIPPLE_RICH, MEMORY, CROSS, STROKE, DROPOUT = 22, 23, 24, 25, 26, 27, 28, 29
-DEAD_JUMP = 30
+DEAD_JUMP, STICK_SLIP, SPOOL = 30, 31, 32
 COULOMB, LUGRE, LEAK, LEAK_ROOT, CUBIC, HARDENING, QUADRATIC, LEAK_SAG = 50, 51, 52, 53, 54, 55, 56, 57
 PLAY_OUT, PLAY_OUT_SOFT, CLAMP, CLAMP_SOFT, RIPPLE_OUT, FROZEN, AIR = 70, 71, 72, 73, 74, 75, 76
 
@@ -54,6 +54,20 @@ def at_voltage(
         return r * (_softplus((u - a) / r) - _softplus((-u - a) / r))
     if code == DEAD_JUMP:
         return u if abs(u) > a else 0.0
+    if code == STICK_SLIP:
+        if abs(u - s[0]) > a:
+            s[0] = u - math.copysign(b, u - s[0])
+        return s[0]
+    if code == SPOOL:
+        # s[1] is the side it slides to, 0 at rest; a breaks away, b drags, c is its time constant.
+        if s[1] == 0.0 and abs(u - s[0]) > a:
+            s[1] = math.copysign(1.0, u - s[0])
+        push = u - s[0] - s[1] * b
+        if push * s[1] <= 0.0:
+            s[1] = 0.0
+        else:
+            s[0] += push * (1.0 - math.exp(-h / c))
+        return s[0]
     if code == SAT_SHARP:
         return min(max(u, -a), a)
     if code == SAT_SMOOTH:

@@ -65,6 +65,11 @@ def _ripple(rng: np.random.Generator, level: int, s: Scale) -> tuple[float, floa
     return s.voltage * _pick(level, 0.03, 0.1, 0.3), rng.uniform(0.7, 3.3), rng.uniform(0.0, 6.28)
 
 
+def _stick(code: int, rng: np.random.Generator, level: int, s: Scale) -> tuple[int, tuple[float, ...]]:
+    breakaway = s.voltage * _pick(level, 0.06, 0.15, 0.35)
+    return code, (breakaway, breakaway * rng.uniform(0.2, 0.8), rng.uniform(0.004, 0.02))
+
+
 TEXTBOOK: dict[str, Builder] = {
     "dead_zone": lambda r, i, s: (f.DEAD_SHARP, (s.voltage * _pick(i, 0.05, 0.14, 0.35),)),
     "saturation": lambda r, i, s: (f.SAT_SHARP, (s.voltage * _pick(i, 0.92, 0.75, 0.5),)),
@@ -118,6 +123,8 @@ OTHER: dict[str, Builder] = {
 THIRD: dict[str, Builder] = {
     "hysteresis": lambda r, i, s: (f.PLAY_IN, (s.voltage * _pick(i, 0.04, 0.1, 0.25),)),
     "hysteresis_mixed": lambda r, i, s: (f.PLAYS_IN, (s.voltage * _pick(i, 0.06, 0.18, 0.45), r.uniform(0.5, 0.8))),
+    "stiction": lambda r, i, s: _stick(f.STICK_SLIP, r, i, s),
+    "stiction_spool": lambda r, i, s: _stick(f.SPOOL, r, i, s),
     "dead_zone": lambda r, i, s: (f.DEAD_JUMP, (s.voltage * _pick(i, 0.1, 0.25, 0.5),)),
     "leakage": lambda r, i, s: (f.LEAK_SAG, (s.speed * _pick(i, 0.04, 0.12, 0.35) / s.travel, 0.0)),
     "cubic_stiffness": lambda r, i, s: (
@@ -140,6 +147,8 @@ OUTSIDE: dict[str, Builder] = {
     "quadratic_damping": lambda r, i, s: (f.QUADRATIC, (_pick(i, 0.08, 0.25, 0.7) / s.speed,)),
 }
 
+# What a form is called by those who judge it, where its own name says more.
+WORD = {"hysteresis_mixed": "hysteresis", "stiction": "friction", "stiction_spool": "friction"}
 BOTH = ("dead_zone", "saturation", "hysteresis", "delay", "rate_limit", "asymmetric_gain", "bias", "extra_lag",
         "resonance", "gain_drift", "periodic_disturbance")  # fmt: skip
 POSITION_ONLY = ("backlash", "friction", "leakage", "load_dependent_gain", "cubic_stiffness")
@@ -152,6 +161,8 @@ THIRD_ON: tuple[tuple[str, int], ...] = (
     *((name, channel) for name in ANYWHERE for channel in (PRESSURE, POSITION)),
     ("leakage", POSITION),
     ("cubic_stiffness", POSITION),
+    ("stiction", PRESSURE),
+    ("stiction_spool", PRESSURE),
 )  # fmt: skip
 OUTSIDE_ON: tuple[tuple[str, int], ...] = (
     ("memory", PRESSURE), ("memory", POSITION), ("cross_coupling", PRESSURE), ("stroke_dependent_gain", POSITION),

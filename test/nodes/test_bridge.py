@@ -73,6 +73,31 @@ def test_a_missing_or_meaningless_command_is_a_fault_not_a_hang(graph):
     assert bridge.statistics.values()["missed_pressure"] == 5
 
 
+def test_lockstep_that_is_held_takes_no_sample_until_it_is_let_go(graph):
+    heard = graph.listen("object/state")
+    graph.add("daq_bridge", **FAKE, held=True, wait_for_readers=["object/state:1"])
+    load, position = graph.speak("load/command"), graph.speak("position/command")
+    graph.quiet()
+    assert not heard
+    assert graph.set_parameters("daq_bridge", held=False).successful
+    graph.until(lambda: len(heard) == 1)
+    assert graph.set_parameters("daq_bridge", held=True).successful
+    load(command(0, 1.0))
+    position(command(0, 1.0))
+    graph.quiet()
+    assert len(heard) == 1
+    assert graph.set_parameters("daq_bridge", held=False).successful
+    graph.until(lambda: len(heard) == 2)
+    assert (heard[1].flags, heard[1].load_voltage_v) == (SampleFlag.OK, 1.0)
+
+
+def test_real_time_cannot_be_held(graph):
+    graph.add("daq_bridge", backend="fake", wait_for_readers=["object/state:1"])
+    refused = graph.set_parameters("daq_bridge", held=True)
+    assert not refused.successful
+    assert "lockstep" in refused.reason
+
+
 def test_real_time_holds_the_period(graph):
     graph.listen("object/state")
     bridge = graph.add(

@@ -1,8 +1,7 @@
 """Load generator, controllers, twin and shadow, each alone over DDS."""
 
 import pytest
-from rcl_interfaces.srv import DescribeParameters, SetParametersAtomically
-from rclpy.parameter import Parameter
+from rcl_interfaces.srv import DescribeParameters
 
 from dt_station_msgs.msg import ShadowSummary, TwinModel, Waveform
 from dt_station_nodes.core.channels import Channel
@@ -21,16 +20,6 @@ def sample(sequence, position=0.0, pressure=1e6, flags=SampleFlag.OK):
 def graph():
     with Graph() as made:
         yield made
-
-
-def set_parameters(graph, node, **values):
-    """Through the service, as `ros2 param set` does; the result."""
-    client = graph.probe.create_client(SetParametersAtomically, f"/station/{node}/set_parameters_atomically")
-    graph.until(client.service_is_ready)
-    parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
-    future = client.call_async(SetParametersAtomically.Request(parameters=parameters))
-    graph.until(future.done)
-    return future.result().result
 
 
 def test_the_generator_plays_its_waveform_and_changes_live(graph):
@@ -66,7 +55,7 @@ def test_switched_off_it_leaves_a_standing_setpoint_and_falls_silent(graph):
     state = graph.speak("object/state")
     state(sample(0))
     graph.until(lambda: len(heard) == 2)
-    assert set_parameters(graph, "load_generator", enabled=False).successful
+    assert graph.set_parameters("load_generator", enabled=False).successful
     graph.until(lambda: len(heard) == 3)
     assert (heard[-1].streaming, heard[-1].value) == (False, 0.05)
     state(sample(1))
@@ -102,11 +91,11 @@ def test_parameters_are_described_ranged_and_judged_as_a_whole(graph):
     assert channel.read_only
     assert "sawtooth" in shape.additional_constraints
 
-    refused = set_parameters(graph, "load_generator", amplitude=5.0, shape="zigzag")
+    refused = graph.set_parameters("load_generator", amplitude=5.0, shape="zigzag")
     assert not refused.successful
     assert "zigzag" in refused.reason
     assert generator._parameters.values["amplitude"] == 0.0
-    assert set_parameters(graph, "load_generator", amplitude=5, shape="sine").successful
+    assert graph.set_parameters("load_generator", amplitude=5, shape="sine").successful
     assert generator._parameters.config.waveform.amplitude == 5.0
 
 
@@ -137,15 +126,15 @@ def test_the_position_controller_switches_live_and_without_a_bump(graph):
     for k in range(5):
         state(sample(k, position=0.005))
     graph.until(lambda: len(heard) == 5)
-    assert set_parameters(graph, "position_controller", mode="fuzzy").successful
+    assert graph.set_parameters("position_controller", mode="fuzzy").successful
     state(sample(5, position=0.005))
     graph.until(lambda: len(heard) == 6)
     assert [c.mode for c in heard[4:]] == [ControlMode.PID, ControlMode.FUZZY]
     assert heard[5].voltage_v == pytest.approx(heard[4].voltage_v, abs=0.2)
-    refused = set_parameters(graph, "position_controller", **{"limits.lower_v": 11.0})
+    refused = graph.set_parameters("position_controller", **{"limits.lower_v": 11.0})
     assert not refused.successful
     assert "lower_v" in refused.reason
-    assert set_parameters(graph, "position_controller", mode="manual").successful
+    assert graph.set_parameters("position_controller", mode="manual").successful
 
 
 def test_the_twin_follows_takes_a_new_model_live_and_tells_latecomers(graph):
@@ -162,11 +151,11 @@ def test_the_twin_follows_takes_a_new_model_live_and_tells_latecomers(graph):
     graph.until(lambda: models)
     assert models[0].name == "paper"
     text = models[0].yaml.replace("name: paper", "name: other")
-    assert set_parameters(graph, "twin_simulator", model_yaml=text).successful
+    assert graph.set_parameters("twin_simulator", model_yaml=text).successful
     graph.until(lambda: len(models) == 2)
     assert models[1].name == "other"
     assert models[1].sha256 != models[0].sha256
-    refused = set_parameters(graph, "twin_simulator", model_yaml="name: [")
+    refused = graph.set_parameters("twin_simulator", model_yaml="name: [")
     assert not refused.successful
     state(sample(10, position=0.2))
     graph.until(lambda: len(heard) == 11)

@@ -3,6 +3,7 @@
 import time
 
 import rclpy
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -85,6 +86,15 @@ class Graph:
         # the reader hears of its writer a little later than the writer of its reader
         self.quiet(0.05)
         return lambda value: publisher.publish(encode(value))
+
+    def set_parameters(self, node, **values):
+        """Through the service, as `ros2 param set` does; the result."""
+        client = self.probe.create_client(SetParametersAtomically, f"/station/{node}/set_parameters_atomically")
+        self.until(client.service_is_ready)
+        parameters = [Parameter(name, value=value).to_parameter_msg() for name, value in values.items()]
+        future = client.call_async(SetParametersAtomically.Request(parameters=parameters))
+        self.until(future.done)
+        return future.result().result
 
     def until(self, condition, timeout_s=20.0):
         """Spin until it holds."""

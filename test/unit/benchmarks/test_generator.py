@@ -7,8 +7,9 @@ import pytest
 from scipy import signal
 
 from benchmarks.discovery.cases import Case, case_list, make, truth_of
+from benchmarks.discovery.forms import SPOOL, STATES, STICK_SLIP, at_voltage
 from benchmarks.discovery.generate import FILES, HEADER, write
-from benchmarks.discovery.library import OUTSIDE, POSITION, PRESSURE, SINGLES
+from benchmarks.discovery.library import OUTSIDE, POSITION, PRESSURE, SINGLES, THIRD_ON
 from benchmarks.discovery.plant import (
     DISTURBANCE_DEN,
     DISTURBANCE_NUM,
@@ -49,9 +50,22 @@ def test_every_effect_and_outsider_can_be_made_and_shows():
         for family in ("textbook", "other"):
             made = make(Case("single", "sine", 40.0, 5, ((name, channel, family, 2),)))
             assert made.visibility[channel] >= 1.0
+    for name, channel in THIRD_ON:
+        assert make(Case("single", "sine", 40.0, 5, ((name, channel, "third", 2),))).visibility[channel] >= 1.0
     for name in OUTSIDE:
         channel = PRESSURE if name in ("trapped_air", "cross_coupling") else POSITION
         assert make(Case("outside", "triangle", 40.0, 5, ((name, channel, "outside", 2),))).visibility[channel] >= 1.0
+
+
+@pytest.mark.parametrize("code", [STICK_SLIP, SPOOL])
+def test_spool_that_sticks_follows_in_stairs_and_stays_behind_by_no_more_than_its_breakaway(code):
+    breakaway_v, state = 0.3, np.zeros(STATES)
+    given = 2.0 * np.sin(np.arange(8000) * 0.001)
+    spool = np.array([at_voltage(code, breakaway_v, 0.1, 0.003, 0.0, u, 0.0, 0.001, np.zeros(4), state) for u in given])
+    behind = np.abs(given - spool)
+    assert 0.95 * breakaway_v < behind.max() < breakaway_v + 0.01
+    assert np.mean(np.diff(spool) == 0.0) > 0.15
+    assert np.abs(given - spool)[np.flatnonzero(np.diff(spool)) + 1].min() < 0.2
 
 
 def test_same_seed_same_runs_and_noise_of_the_stated_size():

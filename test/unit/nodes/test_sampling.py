@@ -158,3 +158,48 @@ def test_commands_act_one_sample_later_where_the_card_latches():
     for k in range(5):
         bench.answer(float(k + 1))
     assert [s.load_voltage_v for s in bench.published] == [0.0, 0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+@pytest.mark.parametrize("answered", [False, True])
+def test_held_lockstep_takes_no_sample_however_long_and_blames_nobody_when_it_goes_on(answered):
+    bench = Bench(Pace.LOCKSTEP, command_timeout_s=1.0, patience=1)
+    bench.answer()
+    taken = len(bench.published)
+    bench.loop.hold(True)
+    if answered:
+        bench.answer()
+    bench.at(60_000)
+    assert bench.loop.deadline_ns() is None
+    assert len(bench.published) == taken
+    bench.loop.hold(False)
+    if not answered:
+        assert len(bench.published) == taken
+        bench.answer()
+    bench.answer()
+    assert [s.sequence for s in bench.published] == list(range(taken + 2))
+    assert all(s.flags is SampleFlag.OK for s in bench.published)
+
+
+def test_a_controller_that_is_silent_after_the_hold_is_waited_for_as_long_as_ever():
+    bench = Bench(Pace.LOCKSTEP, command_timeout_s=1.0)
+    bench.at(300)
+    bench.loop.hold(True)
+    bench.at(10_000)
+    bench.loop.hold(False)
+    bench.at(10_699)
+    assert len(bench.published) == 1
+    bench.at(10_700)
+    assert len(bench.published) == 2
+
+
+def test_a_follower_is_not_run_away_from_because_of_a_hold():
+    bench = Bench(Pace.LOCKSTEP, expected=frozenset(), following=True, max_lead=3)
+    for _ in range(10):
+        bench.loop.tick()
+    assert len(bench.published) == 3
+    bench.loop.hold(True)
+    bench.at(60_000)
+    bench.loop.hold(False)
+    assert len(bench.published) == 3
+    bench.loop.on_follower(1)
+    assert len(bench.published) > 3

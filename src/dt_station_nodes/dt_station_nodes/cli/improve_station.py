@@ -77,6 +77,8 @@ class RunningStation:
     def __init__(self, scenario: Scenario) -> None:
         self._graph, self._open = Supervisor(scenario), ExitStack()
         self._sample_time_s, self._name = scenario.sample_time_s, scenario.name
+        # A station without a clock would run on, and take the machine from the discovery that it waits for.
+        self._waits, self._held = scenario.pace == "lockstep", False
         self._listener = Listener()
         self._next = 0
 
@@ -98,18 +100,22 @@ class RunningStation:
         """As many samples in a row, none of them from before the last change."""
         heard = self._listener.samples
         self._listener.samples_from(self._next)
+        self._hold(False)
         self._listen(lambda: len(heard) > samples, heard)
+        self._hold(True)
         self._next = heard[samples].sequence
         self._listener.residuals_after(heard[samples].stamp_ns)
         return as_run(heard[: samples + 1], self._sample_time_s, self._name)
 
     def play(self, channel: Channel, changes: Mapping[str, Any]) -> dict[str, Any]:
         """Change a channel's set-point; what plays then."""
+        self._hold(False)
         played, self._next = self._remote.play(LOOP[channel], changes)
         return played
 
     def take_model(self, text: str) -> None:
         """Give the running twin another model; residuals are those of this model from then on."""
+        self._hold(False)
         self._remote.set_parameters("twin_simulator", {"model_yaml": text})
         digest = hashlib.sha256(text.encode()).hexdigest()
         self._listen(lambda: digest in self._listener.models, self._listener.models)
@@ -118,10 +124,17 @@ class RunningStation:
     def gap(self, samples: int, skipped: int = 0) -> dict[Channel, float]:
         """RMS of the running twin's gap over as many samples since the last change, the first ones skipped."""
         heard = self._listener.residuals
+        self._hold(False)
         self._listen(lambda: len(heard) >= skipped + samples, heard)
         latest = heard[skipped : skipped + samples]
         gaps = {Channel.PRESSURE: [r.pressure[0] for r in latest], Channel.POSITION: [r.position[0] for r in latest]}
         return {channel: float(np.sqrt(np.mean(np.square(values)))) for channel, values in gaps.items()}
+
+    def _hold(self, held: bool) -> None:
+        bridge = self._graph.bridge
+        if self._waits and bridge is not None and held != self._held:
+            self._remote.set_parameters(bridge, {"held": held})
+            self._held = held
 
     def _listen(self, done: Callable[[], bool], heard: Any) -> None:
         had, end = len(heard), time.monotonic() + _WAIT_S

@@ -198,6 +198,11 @@ class Metronome:
         """Sample 0 was answered: in real time the clock runs from now on, since only now all are known to listen."""
         return replace(state, origin_ns=now_ns, due_ns=now_ns + self.offset_ns(1))
 
+    @staticmethod
+    def resume(state: MetronomeState, held_ns: int) -> MetronomeState:
+        """Lockstep goes on after it was held for a time, which nobody is blamed for."""
+        return replace(state, due_ns=state.due_ns + held_ns)
+
     def due(self, state: MetronomeState, now_ns: int) -> bool:
         """Whether the next sample is to be taken now."""
         if state.sequence < 0 or now_ns >= state.due_ns:

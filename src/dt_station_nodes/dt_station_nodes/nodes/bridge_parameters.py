@@ -1,6 +1,7 @@
 """The DAQ bridge's parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ..core.channels import Channel
 from . import ready
@@ -51,8 +52,18 @@ TABLE = (
         1,
         fixed=True,
     ),
+    Parameter("held", False, "lockstep: take no samples until this is false again"),
     Parameter("exit_at_end", False, "end the process after the run", fixed=True),
 )
+
+
+def checked(values: Mapping[str, Any]) -> dict[str, Any]:
+    """All values, which go together. Raises ParameterError."""
+    if values["held"] and values["pace"] != "lockstep":
+        raise ParameterError(
+            "held: only lockstep can be held, in real time the object goes on; stop the station instead"
+        )
+    return dict(values)
 
 
 def awaited(expect: Sequence[str], followers: Sequence[str]) -> frozenset[Channel]:

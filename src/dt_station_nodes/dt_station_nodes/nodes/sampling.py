@@ -38,6 +38,7 @@ class Sampling:
         self._pending: Mapping[Channel, float] = {}
         # in lockstep with nobody to wait for, the next sample is due at once
         self._eager = False
+        self._held_ns: int | None = None
         self.running = self.ended = False
         self.statistics = BridgeStatistics(metronome.pace, metronome.offset_ns(1) * 1e-9)
 
@@ -54,15 +55,27 @@ class Sampling:
         self.running = False
         self._backend.close()
 
+    def hold(self, held: bool) -> None:
+        """Take no more samples until told to go on: for lockstep, whose object stands still meanwhile."""
+        if held == (self._held_ns is not None):
+            return
+        now = self._clock()
+        if self._held_ns is None:
+            self._held_ns = now
+            return
+        self._state = self._metronome.resume(self._state, now - self._held_ns)
+        self._held_ns = None
+        self.tick()
+
     def deadline_ns(self) -> int | None:
-        """When the next sample is due or a silent controller is given up (0: at once); None while not running."""
-        if not self.running:
+        """When the next sample is due or a silent controller is given up (0: at once); None while none is."""
+        if not self.running or self._held_ns is not None:
             return None
         return 0 if self._eager else self._state.due_ns
 
     def tick(self) -> None:
         """Take the next sample if it is due, whatever has come in."""
-        if not self.running:
+        if not self.running or self._held_ns is not None:
             return
         now = self._clock()
         if not self._state.answered and now >= self._state.due_ns:

@@ -27,7 +27,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
         s[2] = value
-    return _lag(s, 2, p[1], c[SUBSTEP], _lag(s, 0, p[0], c[SUBSTEP], value))
+    first = _lag(s, 0, p[0], c[SUBSTEP], value)
+    return p[2] * first + (1.0 - p[2]) * _lag(s, 2, p[1], c[SUBSTEP], first)
 
 
 EFFECT = Effect(
@@ -38,6 +39,15 @@ EFFECT = Effect(
         Parameter("time_constant_s", Quantity.TIME, "time constant of the lag", 0.0, 2.0, (0.01, 0.05, 0.2)),
         Parameter(
             "second_s", Quantity.TIME, "time constant of a second lag behind it", 0.0, 2.0, (0.02,), optional=True
+        ),
+        Parameter(
+            "straight",
+            Quantity.RATIO,
+            "share that passes the second lag straight by, as of two lags side by side",
+            0.0,
+            0.95,
+            (0.5,),
+            optional=True,
         ),
     ),
     step=_step,
