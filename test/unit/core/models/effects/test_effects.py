@@ -232,6 +232,16 @@ def test_bias_adds():
     assert np.allclose(answer("bias", {"bias_v": 0.1}), SWEEP[:-1] + 0.1)
 
 
+def test_two_lags_side_by_side_are_an_extra_lag_that_a_share_passes_by():
+    quick_s, slow_s, share = 0.05, 0.4, 0.3
+    zero_s = share * slow_s + (1.0 - share) * quick_s
+    together = {"time_constant_s": slow_s, "second_s": quick_s, "straight": zero_s / slow_s}
+    step = np.where(TIME < 0.1, 0.0, 1.0)
+    out, since = answer("extra_lag", together, voltage=step), np.maximum(TIME[1:] - 0.1, 0.0)
+    sides = share * (1.0 - np.exp(-since / quick_s)) + (1.0 - share) * (1.0 - np.exp(-since / slow_s))
+    np.testing.assert_allclose(out, sides, atol=0.02)
+
+
 def test_extra_lag_is_the_exact_first_order_answer():
     out = answer("extra_lag", {"time_constant_s": 0.1}, FAST, np.where(TIME < 0.1, 0.0, 1.0))
     t = TIME[1:] - 0.1
@@ -391,6 +401,13 @@ def test_a_relief_valve_closes_lower_than_it_opens():
     shut = (asked < 1.0) | (rising & (asked < 1.5))
     assert np.array_equal(out[shut], asked[shut])
     assert np.allclose(out[~shut & (np.abs(asked - 1.5) > 0.1) & (asked > 1.05)], 1.0)
+
+
+def test_what_a_relief_valve_lets_through_grows_as_of_an_orifice():
+    asked = SWEEP[:-1]
+    out = relieved(override=0.2, override_exponent=0.5)
+    over = np.maximum(asked - 1.5, 0.0)
+    np.testing.assert_allclose(out, np.minimum(asked, 1.5 + 0.2 * np.sqrt(1.5 * over)), rtol=1e-12)
 
 
 def test_a_relief_valve_takes_time_to_open():

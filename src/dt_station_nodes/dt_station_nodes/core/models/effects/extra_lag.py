@@ -28,7 +28,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[0] = value
         s[2] = value
     first = _lag(s, 0, p[0], c[SUBSTEP], value)
-    return p[2] * first + (1.0 - p[2]) * _lag(s, 2, p[1], c[SUBSTEP], first)
+    return _lag(s, 2, p[1], c[SUBSTEP], p[2] * value + (1.0 - p[2]) * first)
 
 
 EFFECT = Effect(
@@ -43,7 +43,7 @@ EFFECT = Effect(
         Parameter(
             "straight",
             Quantity.RATIO,
-            "share that passes the second lag straight by, as of two lags side by side",
+            "share that passes the lag straight by; a second lag behind it makes two side by side of it",
             0.0,
             0.95,
             (0.5,),

@@ -4,6 +4,7 @@ import math
 
 from numba import njit
 
+from ...channels import Channel
 from ..compiled import (
     FREE_OUTPUT,
     FREE_VELOCITY,
@@ -24,31 +25,8 @@ from ..compiled import (
     Doubles,
     effect_step,
 )
+from ..relief import relieved
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
-
-
-@njit(cache=True)
-def _below(value: float, limit: float, rounding: float) -> float:
-    """The value kept below the limit, its corner rounded."""
-    if rounding <= 1e-12:
-        return min(value, limit)
-    over = (value - limit) / rounding
-    return value - rounding * (over if over > 30.0 else math.log1p(math.exp(over)))
-
-
-@njit(cache=True)
-def _relieved(p: Doubles, s: Doubles, value: float, step_s: float) -> float:
-    """The value less what a valve lets off: at once, or as it opens and closes."""
-    limit, share, opening_s, reseat = p[0], 1.0 - p[6], p[7], p[8]
-    kept = _below(value, limit, p[1])
-    if reseat > 0.0:
-        s[0] = 1.0 if value > limit or (s[0] > 0.0 and value > limit - reseat) else 0.0
-        kept = limit - reseat if s[0] > 0.0 else value
-    relief = share * (value - kept)
-    if opening_s <= 1e-6:
-        return value - relief
-    s[1] += (relief - s[1]) * (1.0 - math.exp(-step_s / opening_s))
-    return value - s[1]
 
 
 @njit(cache=True)
@@ -88,7 +66,7 @@ def _kept(p: Doubles, value: float, c: Doubles) -> float:
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     inlet_limit, spill = p[2], p[3]
     if c[STAGE] > 1.5:
-        return _relieved(p, s, value, c[SUBSTEP])
+        return relieved(p, s, value, c[SUBSTEP])
     if c[INLET_RATE] > 0.0 and c[OUTLET_RATE] > 0.0:
         # What the store before holds, as the output level it would keep up: it drives the output's velocity.
         held = c[OUTPUT] + c[VELOCITY] / c[OUTLET_RATE]
@@ -228,6 +206,18 @@ EFFECT = Effect(
             neutral=1.0,
             optional=True,
             usual=(0.0,),
+        ),
+        Parameter(
+            "override_exponent",
+            Quantity.RATIO,
+            "how override grows with what comes on top, its share being that of as much as the limit: 0.5 as of an "
+            "orifice; at the output only",
+            0.3,
+            1.5,
+            (0.5,),
+            neutral=1.0,
+            optional=True,
+            channels=(Channel.PRESSURE,),
         ),
     ),
     step=_step,
