@@ -74,6 +74,16 @@ def test_what_explains_little_of_the_noise_power_is_the_form_of_the_effect_befor
     assert best.added == (("delay", "rate_limit") if both else ("delay",))
 
 
+@pytest.mark.parametrize(("times", "seen"), [(1.5, False), (2.5, True)])
+def test_a_gap_of_the_size_of_what_is_neglected_is_none(
+    fitted: tuple[Measure, Explanation], times: float, seen: bool
+) -> None:
+    measure, null = fitted
+    problem = measure.bench.problem
+    power = (measure.floors[0] + (times * problem.negligible) ** 2) * len(problem.measured)
+    assert measure.seen(replace(null, powers=(power,))) is seen
+
+
 @pytest.mark.parametrize(("widths", "gain"), [(3.0, UNSEEN * ENOUGH_TO_NAME), (8.0, ENOUGH_TO_NAME), (20.0, LIKELIER)])
 def test_where_a_refit_leaves_no_gap_a_name_has_to_gain_less_the_stranger_its_parameters(
     fitted: tuple[Measure, Explanation], widths: float, gain: float

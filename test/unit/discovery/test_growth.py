@@ -77,6 +77,39 @@ def test_what_has_been_grown_is_not_grown_again(
     assert len({id(base) for base in bases}) == len(bases)
 
 
+class Scored:
+    """A measure that scores and tells by the numbers that explanations leave."""
+
+    @staticmethod
+    def score(explanation: Explanation) -> float:
+        return explanation.powers[0]
+
+    @staticmethod
+    def told(before: Explanation, after: Explanation) -> list[float]:
+        return [before.powers[0] - after.powers[0]]
+
+
+@pytest.mark.parametrize(("better", "again"), [(0.0, False), (15.0, False), (25.0, True)])
+def test_what_was_done_with_a_set_is_done_again_where_it_was_found_so_much_better(
+    singles: tuple[Bench, Explanation, list[Explanation]], better: float, again: bool
+) -> None:
+    former = replace(singles[2][1], added=("delay", "friction"), powers=(100.0,))
+    now = replace(former, added=("friction", "delay"), powers=(100.0 - better,))
+    done = {tuple(sorted(former.added)): former}
+    assert Growth._done(done, now, Scored()) is not again
+    assert not Growth._done({}, now, Scored())
+
+
+@pytest.mark.parametrize(("gain", "idle"), [(4.0, True), (12.0, False)])
+def test_an_effect_that_explains_no_more_than_chance_is_idle(
+    singles: tuple[Bench, Explanation, list[Explanation]], gain: float, idle: bool
+) -> None:
+    single = replace(singles[2][1], added=("delay",), powers=(100.0,))
+    larger = replace(single, added=("delay", "friction"), powers=(100.0 - gain,))
+    assert growth._idle(larger, single, Scored()) is idle
+    assert not growth._idle(replace(larger, added=("bias", "friction")), single, Scored())
+
+
 def test_two_effects_that_miss_much_of_the_signal_are_not_given_a_third(monkeypatch: pytest.MonkeyPatch) -> None:
     """Random steps of its own that no effect of the library makes: two names leave most of them."""
     run = make(Case((("dead_zone", "position", 1.0),), seconds=24.0))

@@ -1,6 +1,7 @@
 """An effect at the end of its range is another one under its name."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +96,22 @@ def test_a_relief_valve_relieves(run: Run) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     assert sensible(as_it_is(pressure, "overflow", {"limit": 2e6, "override": 0.2}), pressure)
     assert not sensible(as_it_is(pressure, "overflow", {"limit": 2e6, "override": 0.53}), pressure)
+
+
+@pytest.mark.parametrize(("noises", "stops"), [(2.0, True), (6.0, False)])
+def test_a_stop_is_pressed_against_within_the_noise_and_not_overrun(
+    problem: Problem, noises: float, stops: bool
+) -> None:
+    rest = PAPER.paths[Channel.POSITION].rest
+    pressed = replace(problem, measured=np.full_like(problem.measured, rest + 0.01 + noises * problem.noise))
+    assert sensible(as_it_is(problem, "overflow", {"limit": 0.01}), pressed) is stops
+
+
+def test_a_spool_that_does_not_slip_is_a_loop_and_a_piston_need_not(run: Run, problem: Problem) -> None:
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    assert sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "slip": 0.5}), pressure)
+    assert not sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "slip": 0.1}), pressure)
+    assert sensible(as_it_is(problem, "friction", {"coulomb_v": 0.2}), problem)
 
 
 def test_a_leaking_piston_creeps_the_way_its_load_pushes(problem: Problem) -> None:

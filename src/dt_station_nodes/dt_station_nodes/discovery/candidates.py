@@ -165,7 +165,7 @@ def add_effect(path: PathSpec, candidate: Candidate, parameters: Mapping[str, fl
 
 def as_it_stands(path: PathSpec, name: str, added: Sequence[str]) -> Candidate:
     """The candidate that an effect `added` to a path is, at its place and on its side of the path's own effects."""
-    spec = next(effect for effect in path.effects if effect.name == name)
+    spec = path.effect(name)
     behind = path.effects[path.effects.index(spec) :]
     return Candidate(name, spec.at, first=any(effect.name not in added for effect in behind))
 
@@ -196,7 +196,7 @@ def pair_starts(
     Alone the former had to do the work of both. The nominal parameters begin from their centres; `like` is the
     hypothesis to start.
     """
-    old = next(effect for effect in path.effects if effect.name == former)
+    old = path.effect(former)
     bare = path.model_copy(
         update={"effects": tuple(e for e in path.effects if e.name not in (old.name, candidate.name))}
     )

@@ -212,7 +212,7 @@ def recurring(found: list[Explanation], known: list[Explanation], measure: Measu
 
 def _beats(explanation: Explanation, problem: Problem) -> bool:
     """Whether a periodic disturbance comes a few times only in a run, or at a frequency that excites it."""
-    spec = next(e for e in explanation.fit.path.effects if e.name == "periodic_disturbance")
+    spec = explanation.fit.path.effect("periodic_disturbance")
     tones = [spec.parameters["frequency_hz"]]
     tones += [spec.parameters["second_hz"]] if spec.parameters.get("second_share", 0.0) != 0.0 else []
     return any(hz * problem.length_s < FEWEST_CYCLES or problem.excited_at(hz, SAME_TURNS) for hz in tones)

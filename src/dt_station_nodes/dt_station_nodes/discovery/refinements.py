@@ -84,6 +84,6 @@ def refined_starts(path: PathSpec, forms: Refinements) -> list[PathSpec]:
 
 def _refined(path: PathSpec, forms: Refinements, chosen: list[dict[str, float]], size: float = 1.0) -> list[PathSpec]:
     main = forms.candidate.required[0]
-    spec = next(effect for effect in path.effects if effect.name == forms.candidate.name)
+    spec = path.effect(forms.candidate.name)
     sized = {**spec.parameters, main: spec.parameters[main] * size}
     return [add_effect(path, forms.candidate, {**sized, **numbers}) for numbers in chosen]

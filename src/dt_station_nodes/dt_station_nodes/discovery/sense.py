@@ -1,8 +1,11 @@
 """Whether the effects of an explanation are what their names say, and not another at the end of its range."""
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 
 from ..core.channels import Channel
+from ..core.models import PathSpec
 from ..core.models.effects import Attachment, Quantity
 from .problem import Problem
 from .selection import Explanation
@@ -29,94 +32,64 @@ LEAST_SLIP = 0.2  # of what a spool takes to break away
 MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
 
 
-def sensible(explanation: Explanation, problem: Problem) -> bool:
-    """Whether each effect is what its name says, and not another one at the end of its range."""
-    if any(_at_bound(explanation, index, problem) for index in range(len(explanation.fit.hypothesis.terms))):
-        return False
-    if "dead_zone" in explanation.added and not _laps(explanation, problem):
-        return False
-    if "periodic_disturbance" in explanation.added and not _regular(explanation, problem):
-        return False
-    if "hysteresis" in explanation.added and not _passes(explanation, problem):
-        return False
-    if "saturation" in explanation.added and not _leaves_room(explanation):
-        return False
-    if "resonance" in explanation.added and not _rings(explanation, problem.simulator.sample_time_s):
-        return False
-    if "cubic_stiffness" in explanation.added and not _hardens(explanation, problem):
-        return False
-    if "overflow" in explanation.added and problem.windows.anchored and not _stops(explanation, problem):
-        return False
-    if "overflow" in explanation.added and not problem.windows.anchored and not _spills(explanation):
-        return False
-    if "backlash" in explanation.added and not _plays(explanation, problem):
-        return False
-    if "friction" in explanation.added and problem.channel is Channel.PRESSURE and not _slips(explanation):
-        return False
-    if "leakage" in explanation.added and not _loses(explanation, problem.channel):
-        return False
-    return not ("asymmetric_gain" in explanation.added and _one_sided(explanation, problem))
-
-
-def _regular(explanation: Explanation, problem: Problem) -> bool:
+def _regular(path: PathSpec, problem: Problem) -> bool:
     """Whether an oscillation's second tone is another one, and its swelling comes again within the run."""
-    wave = next(e for e in explanation.fit.path.effects if e.name == "periodic_disturbance").parameters
+    wave = path.effect("periodic_disturbance").parameters
     apart_hz = abs(wave["second_hz"] - wave["frequency_hz"]) if wave["second_share"] != 0.0 else np.inf
     swell_hz = wave["swell_hz"] if wave["swell"] != 0.0 else np.inf
     return min(apart_hz, swell_hz) * problem.length_s >= FEWEST_TURNS
 
 
-def _passes(explanation: Explanation, problem: Problem) -> bool:
+def _passes(path: PathSpec, problem: Problem) -> bool:
     """Whether the voltage gets through a loop, or past it: one as wide as all of it lets nothing pass."""
-    loop = next(e for e in explanation.fit.path.effects if e.name == "hysteresis").parameters
+    loop = path.effect("hysteresis").parameters
     return loop["depth"] < MOST_CAUGHT or loop["half_width_v"] < WIDEST_LOOP * problem.scales[Quantity.INPUT]
 
 
-def _leaves_room(explanation: Explanation) -> bool:
+def _leaves_room(path: PathSpec, _problem: Problem) -> bool:
     """Whether voltages lie between a limit's two ends: none do where the upper one is the lower."""
-    limit = next(e for e in explanation.fit.path.effects if e.name == "saturation").parameters
+    limit = path.effect("saturation").parameters
     return limit["lower_v"] < limit["upper_v"]
 
 
-def _rings(explanation: Explanation, sample_time_s: float) -> bool:
+def _rings(path: PathSpec, problem: Problem) -> bool:
     """Whether a mode rings: a damped one is a lag under another name, one too quick is what the samples leave out.
 
     One that rings little and carries little of the voltage only moves the path's own poles.
     """
-    mode = next(e for e in explanation.fit.path.effects if e.name == "resonance").parameters
-    damping = mode["damping"]
+    mode = path.effect("resonance").parameters
+    damping, turn = mode["damping"], mode["frequency_hz"] * problem.simulator.sample_time_s
     heard = damping <= RINGING or float(np.hypot(mode["share"], mode["riding"])) >= LEAST_PEAK * 2.0 * damping
-    return heard and damping <= MOST_DAMPED and mode["frequency_hz"] * sample_time_s < QUICKEST_MODE
+    return heard and damping <= MOST_DAMPED and turn < QUICKEST_MODE
 
 
-def _one_sided(explanation: Explanation, problem: Problem) -> bool:
-    """Whether an asymmetric gain is a limit, passing next to nothing on one side, or a gain, its kink out of reach.
+def _two_sided(path: PathSpec, problem: Problem) -> bool:
+    """Whether an asymmetric gain passes something on either side of a kink that the run goes through.
 
-    Where its kink is no kink it is a curve, which limits and losses of pressure bend.
+    One that passes next to nothing on a side is a limit. Where its kink is no kink it is a curve, which limits and
+    losses of pressure bend.
     """
-    gain = next(e for e in explanation.fit.path.effects if e.name == "asymmetric_gain").parameters
+    gain = path.effect("asymmetric_gain").parameters
     if gain["centre_v"] == 0.0:
-        return abs(gain["asymmetry"]) > MOST_ASYMMETRIC
+        return abs(gain["asymmetry"]) <= MOST_ASYMMETRIC
     if gain["rounding_v"] > BLUNTEST_KINK * problem.scales[Quantity.INPUT]:
-        return True
+        return False
     below = float(np.mean(problem.simulator.voltage_v < gain["centre_v"]))
-    return abs(gain["asymmetry"]) > MOST_KINKED or min(below, 1.0 - below) < REACHED
+    return abs(gain["asymmetry"]) <= MOST_KINKED and min(below, 1.0 - below) >= REACHED
 
 
-def _hardens(explanation: Explanation, problem: Problem) -> bool:
+def _hardens(path: PathSpec, problem: Problem) -> bool:
     """Whether a spring's cube is felt where the run goes: a linear one is what leaks back, or a pole off zero."""
-    path = explanation.fit.path
-    spring = next(e for e in path.effects if e.name == "cubic_stiffness").parameters
+    spring = path.effect("cubic_stiffness").parameters
     travel_squared = problem.scales[Quantity.INPUT_PER_OUTPUT] / problem.scales[Quantity.INPUT_PER_OUTPUT_CUBED]
     bent = float(np.mean(problem.measured)) - path.rest - spring["centre"]
     return abs(spring["coefficient"]) * max(travel_squared, bent**2) > LEAST_CUBE * abs(spring["linear"])
 
 
-def _loses(explanation: Explanation, channel: Channel) -> bool:
+def _loses(path: PathSpec, problem: Problem) -> bool:
     """Whether a leak lets the pressure fall, or a piston creep the way its load pushes it: what resists is none."""
-    path = explanation.fit.path
-    leak = next(e for e in path.effects if e.name == "leakage").parameters
-    if channel is Channel.PRESSURE:
+    leak = path.effect("leakage").parameters
+    if problem.channel is Channel.PRESSURE:
         return leak["coefficient"] > 0.0
     if path.disturbance is None or leak["sag_per_s"] != 0.0:
         return True
@@ -124,36 +97,36 @@ def _loses(explanation: Explanation, channel: Channel) -> bool:
     return leak["coefficient"] * pushes <= 0.0
 
 
-def _stops(explanation: Explanation, problem: Problem) -> bool:
-    """Whether an overflow is the stop of a piston: no relief valve that opens and shuts, and seldom overrun."""
-    stop = next(e for e in explanation.fit.path.effects if e.name == "overflow").parameters
-    beyond = float(np.mean(problem.measured - explanation.fit.path.rest > stop["limit"] + HEARD * problem.noise))
+def _limits(path: PathSpec, problem: Problem) -> bool:
+    """Whether an overflow is a piston's stop, seldom overrun and opening for nothing, or a valve that relieves.
+
+    A valve that leaves most of what comes on top is a bend in a curve.
+    """
+    stop = path.effect("overflow").parameters
+    if not problem.windows.anchored:
+        return stop["override"] <= MOST_OVERRIDE
+    beyond = float(np.mean(problem.measured - path.rest > stop["limit"] + HEARD * problem.noise))
     return stop["opening_s"] == 0.0 and stop["reseat"] == 0.0 and beyond <= OFTEN
 
 
-def _spills(explanation: Explanation) -> bool:
-    """Whether a relief valve relieves: one that leaves most of what comes on top is a bend in a curve."""
-    return next(e for e in explanation.fit.path.effects if e.name == "overflow").parameters["override"] <= MOST_OVERRIDE
-
-
-def _plays(explanation: Explanation, problem: Problem) -> bool:
+def _plays(path: PathSpec, problem: Problem) -> bool:
     """Whether play does more than the time that it takes to close: else it is a lag under another name."""
-    play = next(e for e in explanation.fit.path.effects if e.name == "backlash")
+    play = path.effect("backlash")
     if play.at is Attachment.INPUT:
         return play.parameters["half_width"] > 0.0
     closing = play.parameters["lag_s"] * problem.scales[Quantity.VELOCITY]
     return play.parameters["half_width"] > LEAST_PLAY * closing
 
 
-def _slips(explanation: Explanation) -> bool:
+def _slips(path: PathSpec, problem: Problem) -> bool:
     """Whether a spool that breaks away slips a part of the way: one that does not is a play operator, a loop."""
-    spool = next(e for e in explanation.fit.path.effects if e.name == "friction").parameters
-    return spool["slip"] > LEAST_SLIP
+    spool = path.effect("friction").parameters
+    return problem.channel is not Channel.PRESSURE or spool["slip"] > LEAST_SLIP
 
 
-def _laps(explanation: Explanation, problem: Problem) -> bool:
+def _laps(path: PathSpec, problem: Problem) -> bool:
     """Whether a dead zone is an overlap: a band about 0 V, corners included, or about where its valve works."""
-    band = next(e for e in explanation.fit.path.effects if e.name == "dead_zone").parameters
+    band = path.effect("dead_zone").parameters
     width = band["half_width_v"]
     voltage, low, high = problem.simulator.voltage_v, band["centre_v"] - width, band["centre_v"] + width
     if band["leak"] > MOST_LEAKY and min(np.mean(voltage < low), np.mean(voltage > high)) < REACHED:
@@ -161,6 +134,29 @@ def _laps(explanation: Explanation, problem: Problem) -> bool:
     if problem.channel is Channel.PRESSURE and band["working"] > WORKING:
         return band["rounding_v"] <= BLUNTEST_BAND * width
     return abs(band["centre_v"]) <= width + 2.0 * band["rounding_v"]
+
+
+_CHECKS: Mapping[str, Callable[[PathSpec, Problem], bool]] = {
+    "asymmetric_gain": _two_sided,
+    "backlash": _plays,
+    "cubic_stiffness": _hardens,
+    "dead_zone": _laps,
+    "friction": _slips,
+    "hysteresis": _passes,
+    "leakage": _loses,
+    "overflow": _limits,
+    "periodic_disturbance": _regular,
+    "resonance": _rings,
+    "saturation": _leaves_room,
+}
+
+
+def sensible(explanation: Explanation, problem: Problem) -> bool:
+    """Whether each effect is what its name says, and not another one at the end of its range."""
+    if any(_at_bound(explanation, index, problem) for index in range(len(explanation.fit.hypothesis.terms))):
+        return False
+    path = explanation.fit.path
+    return all(_CHECKS[name](path, problem) for name in explanation.added if name in _CHECKS)
 
 
 def _at_bound(explanation: Explanation, index: int, problem: Problem) -> bool:

@@ -62,5 +62,5 @@ def _neutral(explanation: Explanation, name: str, parameter: str) -> bool:
     """Whether a parameter of one of the effects changes nothing; "": none is needed."""
     if not parameter:
         return False
-    spec = next(effect for effect in explanation.fit.path.effects if effect.name == name)
+    spec = explanation.fit.path.effect(name)
     return abs(spec.parameters[parameter] - registry()[name].parameter(parameter).neutral) < 1e-6

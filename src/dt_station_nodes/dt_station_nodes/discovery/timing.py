@@ -118,7 +118,7 @@ def _second_tone(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str
 def _wander(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
     """The swing of a fitted delay that explains most of what it leaves, small swings simulated at each frequency."""
     steady = with_numbers(path, spec, {"wander": 0.0})
-    spec = next(effect for effect in steady.effects if effect.name == spec.name)
+    spec = steady.effect(spec.name)
     residual = problem.residual(steady)
     best, found = TELLING * float(residual @ residual), {}
     for cycles in np.arange(SLOWEST_CYCLES, QUICKEST_CYCLES, 0.5):

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelError, ModelInput, ModelSpec, PlantModel
+from dt_station_nodes.core.models import ModelError, ModelInput, ModelSpec, PathSpec, PlantModel
 
 PAPER = ModelSpec.from_yaml((Path(__file__).parents[4] / "config" / "models" / "paper.yaml").read_text())
 LINEAR = PAPER.without_effect(Channel.PRESSURE, "dead_zone").without_effect(Channel.PRESSURE, "saturation")
@@ -79,6 +79,13 @@ def test_sub_steps_do_not_change_a_linear_path():
     a = coarse.simulate(load, np.zeros(100)).pressure_pa
     b = single.simulate(load, np.zeros(100)).pressure_pa
     assert np.allclose(a, b, rtol=1e-9)
+
+
+def test_sub_steps_resolve_what_is_fed_back_but_not_what_only_paces_the_path():
+    linear = ModelSpec(name="p", paths={Channel.PRESSURE: PathSpec(numerator=[1.0], denominator=[0.001, 1.0])})
+    leaking = linear.with_effect(Channel.PRESSURE, "leakage", {"coefficient": 0.1})
+    softened = linear.with_effect(Channel.PRESSURE, "trapped_air", {"softness_s": 0.05, "stiffening": 1.0})
+    assert PlantModel(leaking, 0.02).substeps > PlantModel(softened, 0.02).substeps > 1
 
 
 def test_an_absent_path_gives_zero():

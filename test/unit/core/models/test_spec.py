@@ -65,3 +65,10 @@ def test_an_effect_replaces_its_namesake_in_place():
     assert [e.name for e in changed.paths[Channel.PRESSURE].effects] == ["dead_zone", "saturation"]
     assert changed.paths[Channel.PRESSURE].effects[0].parameters == {"half_width_v": 0.3}
     assert spec.without_effect(Channel.PRESSURE, "dead_zone") == changed.without_effect(Channel.PRESSURE, "dead_zone")
+
+
+def test_a_path_gives_its_effect_by_name_or_says_what_it_has():
+    path = ModelSpec.from_yaml(PAPER).with_effect(Channel.POSITION, "bias", {"bias_v": 0.1}).paths[Channel.POSITION]
+    assert path.effect("bias").parameters["bias_v"] == 0.1
+    with pytest.raises(ModelError, match="no friction; it has .*bias"):
+        path.effect("friction")

@@ -102,6 +102,13 @@ class PathSpec(TransferFunction):
     def _number(cls, value: Any) -> Any:
         return float(value) if isinstance(value, str) else value
 
+    def effect(self, name: str) -> EffectSpec:
+        """The effect of that name. Raises ModelError where the path has none."""
+        for effect in self.effects:
+            if effect.name == name:
+                return effect
+        raise ModelError(f"the path has no {name}; it has {', '.join(e.name for e in self.effects) or 'no effects'}")
+
 
 class ModelSpec(_Frozen):
     """A model of one or both channels."""
