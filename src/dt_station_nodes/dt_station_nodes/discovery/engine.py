@@ -31,6 +31,7 @@ from .result import (
 )
 from .selection import Explanation
 from .settings import DiscoverySettings
+from .spikes import without_spikes
 from .standing import stands
 from .verdict import better_without, confidence, overall, sentence, why
 from .where import locate
@@ -61,15 +62,18 @@ def discover(
     Raises StationError where run or model cannot be examined.
     """
     chosen = settings or DiscoverySettings()
-    if jobs is not None:
-        chosen = replace(chosen, jobs=jobs)
+    chosen = chosen if jobs is None else replace(chosen, jobs=jobs)
+    run, notes = without_spikes(run)
+    if validation is not None:
+        validation, elsewhere = without_spikes(validation)
+        notes += [f"validation run, {note}" for note in elsewhere]
     checks = [check for check in check_run(run) if check.channel in spec.paths]
     if not checks:
         raise ModelDoesNotFitError(
             f"model {spec.name} describes {', '.join(c.value for c in spec.paths)}, "
             f"the run measured {', '.join(c.value for c in run.channels())}; choose another model"
         )
-    notes = [note for check in checks for note in check.notes]
+    notes += [note for check in checks for note in check.notes]
     findings: list[Finding] = []
     frozen: set[Channel] = set()
     model = spec
