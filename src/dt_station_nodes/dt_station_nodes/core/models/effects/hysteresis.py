@@ -98,7 +98,8 @@ EFFECT = Effect(
         ),
     ),
     step=_step,
-    check="Run a slow triangle and compare the rising and the falling branch; try dither on the valve amplifier.",
+    check="Run a slow triangle and compare the rising and the falling branch; try dither on the valve amplifier. "
+    "A loop with sharp corners may as well be play in what moves the spool.",
     source="Prandtl-Ishlinskii play operators; Visintin, Differential Models of Hysteresis (1994); "
     "Wen, J. Eng. Mech. 102 (1976)",
     state_size=12,
