@@ -8,9 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .candidates import Candidate, Freed, all_starts, hypothesis, library, pair_starts, plain_starts
+from .candidates import (
+    Candidate,
+    Freed,
+    all_starts,
+    hypothesis,
+    library,
+    pair_starts,
+    plain_starts,
+)
 from .hypothesis_fit import Group, fit_groups, fit_hypothesis
-from .refinements import GRIP, refined_starts, refinements, step_starts
+from .refinements import refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
 from .start_groups import by_form, unbent
@@ -20,7 +28,6 @@ from .terms import Hypothesis
 Array = NDArray[np.float64]
 
 SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
-_MANY = 4  # starts to follow of a contact that grips
 SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
 
 
@@ -114,10 +121,7 @@ def _form(
     freed = {**task.freed, task.candidate.name: task.candidate.required + optional}
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
-    near, grips = unbent(bench.nominal, starts), optional == GRIP
-    # A plain fit to jumps leads the nominal parameters astray.
-    starts = (near or starts) if grips else [*starts, *near]
-    keep = _MANY if grips else keep
+    starts += unbent(bench.nominal, starts)
     fit = fit_hypothesis(bench.problem, hypotheses[0], starts, iterations, keep, rival=task.rival)
     fit = climbed(bench.problem, task.added, fit, task.base.fit)
     return bench.explained(fit, task.added, freed, glance=True)

@@ -131,18 +131,6 @@ def test_friction_that_hardly_slips_sticks():
     assert 1e-7 < np.abs(rounded - sharp).max() < 2e-3 * np.ptp(sharp)
 
 
-def test_a_piston_that_stands_is_held_by_all_static_friction_and_one_that_moves_by_less():
-    gripping = {"coulomb_v": 0.5, "static_excess_v": 0.4, "stribeck_velocity": 0.01}
-    voltage = np.concatenate([np.full(100, 0.88), np.full(100, 1.5), np.full(300, 0.8)])
-    out = answer("friction", gripping, INTEGRATOR, voltage)
-    speed = np.diff(out) / TS
-    assert np.all(np.abs(speed[:98]) < 1e-12)
-    # speed per volt of the path is 206.4 / 23.34 cm/s
-    level = 0.5 + 0.4 * math.exp(-((speed[-1] / 0.01) ** 2))
-    assert speed[-1] > 0.0
-    assert speed[-1] == pytest.approx(0.01 * 206.4 / 23.34 * (0.8 - level), rel=1e-6)
-
-
 def test_friction_only_takes_energy():
     voltage = np.where(TIME < 1.0, 2.0, 0.0)
     position = answer("friction", {"coulomb_v": 0.3}, INTEGRATOR, voltage)
