@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from dt_station_nodes.core.models import EffectSpec
+from dt_station_nodes.core.models import EffectSpec, PathSpec
 from dt_station_nodes.discovery.selection import Explanation
 from dt_station_nodes.discovery.strangers import other_dynamics, stranger
 
@@ -14,7 +14,7 @@ from dt_station_nodes.discovery.strangers import other_dynamics, stranger
 def named(*names: str, **parameters: float) -> Explanation:
     """An explanation of which only its names count, and parameters of the last of them."""
     effect = EffectSpec.model_construct(name=names[-1], at=None, parameters=parameters)
-    fit = SimpleNamespace(path=SimpleNamespace(effects=(effect,)))
+    fit = SimpleNamespace(path=PathSpec.model_construct(effects=(effect,)))
     return Explanation(cast(Any, fit), names, {}, (1.0,))
 
 
