@@ -100,7 +100,6 @@ class RunningStation:
         """As many samples in a row, none of them from before the last change."""
         heard = self._listener.samples
         self._listener.samples_from(self._next)
-        self._hold(False)
         self._listen(lambda: len(heard) > samples, heard)
         self._hold(True)
         self._next = heard[samples].sequence
@@ -115,7 +114,6 @@ class RunningStation:
 
     def take_model(self, text: str) -> None:
         """Give the running twin another model; residuals are those of this model from then on."""
-        self._hold(False)
         self._remote.set_parameters("twin_simulator", {"model_yaml": text})
         digest = hashlib.sha256(text.encode()).hexdigest()
         self._listen(lambda: digest in self._listener.models, self._listener.models)
@@ -124,7 +122,6 @@ class RunningStation:
     def gap(self, samples: int, skipped: int = 0) -> dict[Channel, float]:
         """RMS of the running twin's gap over as many samples since the last change, the first ones skipped."""
         heard = self._listener.residuals
-        self._hold(False)
         self._listen(lambda: len(heard) >= skipped + samples, heard)
         latest = heard[skipped : skipped + samples]
         gaps = {Channel.PRESSURE: [r.pressure[0] for r in latest], Channel.POSITION: [r.position[0] for r in latest]}
@@ -137,6 +134,7 @@ class RunningStation:
             self._held = held
 
     def _listen(self, done: Callable[[], bool], heard: Any) -> None:
+        self._hold(False)
         had, end = len(heard), time.monotonic() + _WAIT_S
         while not done():
             if self._graph.step(0.05):

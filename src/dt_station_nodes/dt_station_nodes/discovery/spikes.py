@@ -55,4 +55,4 @@ def without_spikes(run: Run) -> tuple[Run, list[str]]:
             f"{channel.value}: {len(wrong)} single sample{'s' * (len(wrong) > 1)} far off all others, the first at "
             f"{wrong[0] * run.sample_time_s:.4g} s, taken as read wrongly and put on the course of the neighbours"
         )
-    return (replace(run, signals=signals), notes) if notes else (run, notes)
+    return (replace(run, signals=signals) if notes else run), notes
