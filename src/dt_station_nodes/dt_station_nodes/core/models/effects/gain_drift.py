@@ -1,17 +1,19 @@
-"""Gain drift: the answer grows or fades over the run, as oil warms."""
+"""Gain drift: the answer grows or fades over the run, as oil warms or with the work done."""
 
 import math
 
-from ..compiled import TIME, Doubles, effect_step
+from ..compiled import SUBSTEP, TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    rate, settling = p[0], p[1]
-    time = max(c[TIME] - p[2], 0.0)
+    rate, settling, by_work = p[0], p[1], p[6]
+    age = c[TIME] + by_work * (s[0] - c[TIME])
+    s[0] += abs(value) * c[SUBSTEP]
+    time = max(age - p[2], 0.0)
     elapsed = settling * (1.0 - math.exp(-time / settling)) if settling > 0.0 else time
-    turn = 2.0 * math.pi * c[TIME] / p[5] if p[5] > 0.0 else 0.0
+    turn = 2.0 * math.pi * age / p[5] if p[5] > 0.0 else 0.0
     return value * (1.0 + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn))
 
 
@@ -76,8 +78,19 @@ EFFECT = Effect(
             neutral=30.0,
             optional=True,
         ),
+        Parameter(
+            "by_work",
+            Quantity.RATIO,
+            "0: ages with time, 1: with the work done, a volt applied for a second counting as a second",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            usual=(1.0,),
+        ),
     ),
     step=_step,
     check="Repeat one step every minute from a cold start; log oil temperature and supply pressure.",
-    source="oil viscosity and temperature: Merritt (1967), 1.2",
+    source="oil viscosity and temperature: Merritt (1967), 1.2; a coil or a pump warms with what it is made to do",
+    state_size=1,
 )
