@@ -27,7 +27,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
         s[2] = value
-    first = _lag(s, 0, p[0], c[SUBSTEP], value)
+    first = _lag(s, 0, p[0] * (1.0 + p[3] if value > s[0] else 1.0 - p[3]), c[SUBSTEP], value)
     return _lag(s, 2, p[1], c[SUBSTEP], p[2] * value + (1.0 - p[2]) * first)
 
 
@@ -47,6 +47,15 @@ EFFECT = Effect(
             0.0,
             0.95,
             (0.5,),
+            optional=True,
+        ),
+        Parameter(
+            "unequal",
+            Quantity.RATIO,
+            "how much longer than its mean the lag is upwards, and shorter downwards, as a volume fills and empties",
+            -0.9,
+            0.9,
+            (0.0,),
             optional=True,
         ),
     ),
