@@ -13,14 +13,20 @@ def _pressed(p: Doubles, y: float) -> float:
     return math.copysign(max(abs(y) - p[2], 0.0), y)
 
 
+@njit(cache=True)
+def _force(p: Doubles, pressed: float) -> float:
+    return (p[3] + p[0] * pressed * pressed) * pressed
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     y = halfway(c) - (1.0 - p[4]) * c[LOAD_OUTPUT] - p[1]
     pressed, half = _pressed(p, y), 0.5 * c[OUTPUT_GAIN]
     # What the spring itself does within the sub-step counts half: a step of Newton's from where it did nothing.
     slope = p[3] + 3.0 * p[0] * pressed * pressed if pressed != 0.0 else 0.0
-    pressed = _pressed(p, y - half * (p[3] + p[0] * pressed * pressed) * pressed / (1.0 + half * slope))
-    return value - (p[3] + p[0] * pressed * pressed) * pressed
+    trim = p[5] * _force(p, _pressed(p, -p[1]))
+    pressed = _pressed(p, y - half * (_force(p, pressed) - trim) / (1.0 + half * slope))
+    return value - _force(p, pressed) + trim
 
 
 EFFECT = Effect(
@@ -66,6 +72,16 @@ EFFECT = Effect(
             neutral=1.0,
             optional=True,
             usual=(0.0,),
+        ),
+        Parameter(
+            "trimmed",
+            Quantity.RATIO,
+            "1: the valve's null was set with the spring in place, which does nothing at zero; 0: at its centre",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            usual=(1.0,),
         ),
     ),
     step=_step,
