@@ -173,6 +173,42 @@ def test_what_three_others_would_do_as_well_beside_an_effect_is_its_form(
     assert found.best.added == named
 
 
+@pytest.mark.parametrize(
+    ("beside", "left", "named"),
+    [
+        (("delay", "memory"), 0.55, ("delay",)),
+        (("delay", "memory"), 0.8, TWO),
+        (("fatigue", "memory"), 0.55, TWO),
+    ],
+)
+def test_what_a_form_without_a_name_would_do_as_well_beside_an_effect_is_its_form(
+    fitted: tuple[Measure, Explanation],
+    monkeypatch: pytest.MonkeyPatch,
+    beside: tuple[str, str],
+    left: float,
+    named: tuple[str, ...],
+) -> None:
+    monkeypatch.setattr(channel, "stranger", lambda *_, **__: "")
+    null, one, two = (leaving(fitted, left, *names) for left, names in ((100.0, ()), (5.0, ("delay",)), (0.5, TWO)))
+    monkeypatch.setattr(channel, "best_set", lambda _, known, __: two if two in known else one)
+    known = [null, one, two, leaving(fitted, left, *beside)]
+    found = _decide(fitted[0].bench, null.fit.residual, null, known, interrupted=False)
+    assert found.verdict is Verdict.NAMED
+    assert found.best.added == named
+
+
+@pytest.mark.parametrize(("alone", "verdict"), [(5.0, Verdict.NAMED), (40.0, Verdict.UNEXPLAINED)])
+def test_a_larger_set_that_a_stranger_makes_doubtful_leaves_the_name_that_is_believed(
+    fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, alone: float, verdict: Verdict
+) -> None:
+    monkeypatch.setattr(channel, "stranger", lambda best, *_, **__: "memory" if len(best.added) > 1 else "")
+    null, one, two = (leaving(fitted, left, *names) for left, names in ((100.0, ()), (alone, ("delay",)), (0.1, TWO)))
+    monkeypatch.setattr(channel, "best_set", lambda _, known, __: two if two in known else one)
+    found = _decide(fitted[0].bench, null.fit.residual, null, [null, one, two], interrupted=False)
+    assert found.verdict is verdict
+    assert found.best.added == (("delay",) if verdict is Verdict.NAMED else TWO)
+
+
 @pytest.mark.parametrize(("widths", "named"), [(4.5, False), (5.5, True)])
 def test_a_parameter_further_off_than_models_are_needs_no_more_evidence_than_a_gap(
     fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, widths: float, named: bool

@@ -37,7 +37,7 @@ _STOPS = ("limit", "lower_limit", "standing")
 _INWARDS = (0.02, 0.1, 0.25)  # of the run's way
 _HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only just meets
 _FINE_STARTS = 16
-_SLIPS = tuple(0.3 + 0.035 * k for k in range(20))
+_SLIPS = (0.12, 0.15, 0.18, 0.22, 0.26, *(0.3 + 0.035 * k for k in range(20)))
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
 _FAR = 0.5
 

@@ -149,6 +149,13 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> 
     return Verdict.PARAMETERS_ONLY if refit > ENOUGH_TO_REFIT else Verdict.NOTHING_MISSING
 
 
+def _mimicked(best: Explanation, known: list[Explanation], measure: Measure) -> bool:
+    """Whether a form outside the vocabulary does as well in the place of one of several names."""
+    strangers = [e for e in known if not e.inside and len(e.added) == len(best.added) > 1]
+    beside = [e for e in strangers if len(set(e.added) & set(best.added)) == len(best.added) - 1]
+    return any(measure.left(e) < ALIKE * measure.left(best) for e in beside)
+
+
 def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanation], interrupted: bool) -> Finding:
     measure = take_measure(bench, known)
     seen = measure.seen(null)
@@ -193,9 +200,9 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     much = left > LEFT_NOISE * measure.noise
     alike = [p for p in peers if much and measure.left(p[1]) < ALIKE * left and sensible(p[1], bench.problem)]
     instead = alternatives(best, [p for p in peers if p[0] <= SAME or p in alike])
-    vague = any(len(names) >= VAGUE for names in instead)
-    if len(best.added) > 1 and (vague or (further and verdict is Verdict.UNEXPLAINED)):
-        # What so many others do as well, or bends the model and is not believed, mends the form of the rest.
+    vague = any(len(names) >= VAGUE for names in instead) or (much and _mimicked(best, known, measure))
+    if len(best.added) > 1 and (vague or (verdict is Verdict.UNEXPLAINED and (further or rival))):
+        # What others do as well, or bends the model and is not believed, mends the form of the rest.
         fewer = [e for e in known if len(e.added) < len(best.added)]
         without = _decide(bench, given, null, fewer, interrupted)
         if without.verdict is Verdict.NAMED:

@@ -18,6 +18,11 @@ Array = NDArray[np.float64]
 _MOST_COMBINATIONS = 64
 # A cylinder has no store before its own, and a piston's stop is no relief valve.
 _NO_PISTONS = tuple(("overflow", name) for name in ("inlet_limit", "spill", "opening_s", "reseat"))
+# A contact that grips more at rest: neither number acts alone, and its jumps are so sharp that no fit gets far.
+GRIP = ("static_excess_v", "stribeck_velocity")
+_COULOMB = np.arange(0.5, 1.06, 0.05)  # of what the plain form took for all of it,
+_EXCESS = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)  # of that,
+_PACES = (0.4, 1.0, 2.0, 4.0, 6.0, 12.0)  # times the velocity's start
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +41,9 @@ class Refinements:
     @property
     def steps(self) -> tuple[tuple[str, ...], ...]:
         """Names that are tried at a time where one refinement is."""
-        return (*((name,) for name in self.grids), *([tuple(self.timing)] if self.timing else []))
+        grips = [GRIP] if all(name in self.grids for name in GRIP) else []
+        alone = [(name,) for name in self.grids if not (grips and name in GRIP)]
+        return (*alone, *grips, *([tuple(self.timing)] if self.timing else []))
 
     def neutral(self, name: str) -> float:
         """Value at which a parameter changes nothing."""
@@ -65,9 +72,21 @@ def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> l
     """Paths around a fitted plain form with one step of refinement at its neutral value and at its starts."""
     if names == tuple(forms.timing):
         return _refined(path, forms, forms.timings())
+    if names == GRIP:
+        return _gripping(path, forms)
     (name,) = names
     values = dict.fromkeys([forms.neutral(name), *forms.grids[name]])
     return _refined(path, forms, [{name: value} for value in values])
+
+
+def _gripping(path: PathSpec, forms: Refinements) -> list[PathSpec]:
+    coulomb = path.effect(forms.candidate.name).parameters[forms.candidate.required[0]]
+    (pace,) = forms.grids[GRIP[1]]
+    found: list[PathSpec] = []
+    for size, excess, times in product(_COULOMB, _EXCESS, _PACES):
+        numbers = {GRIP[0]: excess * size * coulomb, GRIP[1]: times * pace}
+        found += _refined(path, forms, [numbers], float(size))
+    return found
 
 
 def refined_starts(path: PathSpec, forms: Refinements) -> list[PathSpec]:

@@ -8,17 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .candidates import (
-    Candidate,
-    Freed,
-    all_starts,
-    hypothesis,
-    library,
-    pair_starts,
-    plain_starts,
-)
+from .candidates import Candidate, Freed, all_starts, hypothesis, library, pair_starts, plain_starts
 from .hypothesis_fit import Group, fit_groups, fit_hypothesis
-from .refinements import refined_starts, refinements, step_starts
+from .refinements import GRIP, refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
 from .start_groups import by_form, unbent
@@ -28,6 +20,7 @@ from .terms import Hypothesis
 Array = NDArray[np.float64]
 
 SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
+_MANY = 4  # starts to follow of a contact that grips
 SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
 
 
@@ -107,11 +100,13 @@ def _refined(bench: Bench, task: _Task) -> _Task:
     forms = refinements(bench.problem, path, task.candidate, task.base.fit.residual, timed=not bench.rough)
     if not forms.names:
         return task
-    ones = [_form(bench, task, names, step_starts(path, forms, names), 4, 1) for names in forms.steps]
-    one = min(ones, key=lambda e: e.fit.fitted.cost)
-    paths = [one.fit.path, *refined_starts(path, forms)]
+    steps = {names: _form(bench, task, names, step_starts(path, forms, names), 4, 1) for names in forms.steps}
+    # A grip has many starts: what a contact does otherwise is not to be lost behind it.
+    alone = min((e for names, e in steps.items() if names != GRIP), key=lambda e: e.fit.fitted.cost)
+    ones = [alone, *(e for e in steps.values() if e is steps.get(GRIP) and e.fit.fitted.cost < alone.fit.fitted.cost)]
+    paths = [*(e.fit.path for e in ones), *refined_starts(path, forms)]
     whole = _form(bench, task, forms.names, paths, bench.iterations, 3)
-    return replace(task, finer=(bench.judged(one), bench.judged(whole)))
+    return replace(task, finer=(*map(bench.judged, ones), bench.judged(whole)))
 
 
 def _form(
@@ -121,7 +116,10 @@ def _form(
     freed = {**task.freed, task.candidate.name: task.candidate.required + optional}
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
-    starts += unbent(bench.nominal, starts)
+    near, grips = unbent(bench.nominal, starts), optional == GRIP
+    # A plain fit to jumps leads the nominal parameters astray.
+    starts = (near or starts) if grips else [*starts, *near]
+    keep = _MANY if grips else keep
     fit = fit_hypothesis(bench.problem, hypotheses[0], starts, iterations, keep, rival=task.rival)
     fit = climbed(bench.problem, task.added, fit, task.base.fit)
     return bench.explained(fit, task.added, freed, glance=True)

@@ -10,6 +10,7 @@ from .terms import Hypothesis, Term
 
 Array = NDArray[np.float64]
 
+_EITHER = (0.0, 1.0)  # starts of a choice between two forms
 NEAR = 0.5  # of their priors' widths: nominal parameters bent no further are where they were given
 
 
@@ -26,7 +27,7 @@ def by_form(like: Hypothesis, starts: list[Array]) -> list[list[Array]]:
     """Starts of one frequency or one form each, where the candidate has several: between them there is no way down."""
     last = len(like.path.effects) - 1
     effect = registry()[like.path.effects[last].name]
-    forms = {p.name for p in effect.parameters if p.name == "frequency_hz" or (p.tried_first and p.apart)}
+    forms = {p.name for p in effect.parameters if p.name == "frequency_hz" or (p.apart and p.starts == _EITHER)}
     place = next((i for i, t in enumerate(like.terms) if t.effect == last and t.name in forms), None)
     if place is None:
         return []

@@ -131,6 +131,35 @@ def test_friction_that_hardly_slips_sticks():
     assert 1e-7 < np.abs(rounded - sharp).max() < 2e-3 * np.ptp(sharp)
 
 
+def test_a_piston_that_stands_is_held_by_all_static_friction_and_one_that_moves_by_less():
+    gripping = {"coulomb_v": 0.5, "static_excess_v": 0.4, "stribeck_velocity": 0.01}
+    voltage = np.concatenate([np.full(100, 0.88), np.full(100, 1.5), np.full(300, 0.8)])
+    out = answer("friction", gripping, INTEGRATOR, voltage)
+    speed = np.diff(out) / TS
+    assert np.all(np.abs(speed[:98]) < 1e-12)
+    # speed per volt of the path is 206.4 / 23.34 cm/s
+    level = 0.5 + 0.4 * math.exp(-((speed[-1] / 0.01) ** 2))
+    assert speed[-1] > 0.0
+    assert speed[-1] == pytest.approx(0.01 * 206.4 / 23.34 * (0.8 - level), rel=1e-6)
+
+
+@pytest.mark.parametrize("slide_s", [0.0, 0.01])
+def test_a_spool_that_slides_on_follows_until_the_voltage_turns_back(slide_s):
+    """It breaks away at 0.5 V, slides on 0.2 V behind, and after a turn waits for 0.5 V again."""
+    spool = {"coulomb_v": 0.5, "slip": 0.6, "slides_on": 1.0, "slide_s": slide_s}
+    up, down = np.linspace(0.0, 2.0, 101), np.linspace(2.0, 1.0, 51)
+    held = np.full(50, 2.0)
+    out = answer("friction", spool, voltage=np.concatenate([up, held, down]), channel=Channel.PRESSURE)
+    still, slid = up[:-1] <= 0.5 - 1e-9, up[:-1] > 0.75
+    assert np.all(out[:100][still] == 0.0)
+    np.testing.assert_allclose(out[:100][slid], up[:-1][slid] - 0.2, atol=1e-9 if slide_s == 0.0 else 0.02)
+    assert out[149] == pytest.approx(1.8, abs=1e-3)
+    turned = out[151:]
+    waits = down[: len(turned)] >= 1.8 - 0.5 + 1e-9
+    np.testing.assert_allclose(turned[waits], 1.8, atol=1e-3)
+    assert turned[-1] == pytest.approx(1.0 + 0.2, abs=0.03)
+
+
 def test_friction_only_takes_energy():
     voltage = np.where(TIME < 1.0, 2.0, 0.0)
     position = answer("friction", {"coulomb_v": 0.3}, INTEGRATOR, voltage)
@@ -242,6 +271,16 @@ def test_two_lags_side_by_side_are_an_extra_lag_that_a_share_passes_by():
     np.testing.assert_allclose(out, sides, atol=0.02)
 
 
+def test_a_volume_that_fills_slower_than_it_empties_lags_longer_upwards():
+    mean_s, unequal = 0.2, 0.4
+    voltage = np.where((TIME > 1.0) & (TIME < 5.0), 1.0, 0.0)
+    out = answer("extra_lag", {"time_constant_s": mean_s, "unequal": unequal}, voltage=voltage)
+    # What is missing of a step, summed over time, is the lag; the voltage changes and the output is read in samples.
+    missing_s = TS * np.abs(voltage[:-1] - out)
+    assert missing_s[TIME[1:] < 5.0].sum() == pytest.approx(mean_s * (1.0 + unequal), abs=TS)
+    assert missing_s[TIME[1:] >= 5.0].sum() == pytest.approx(mean_s * (1.0 - unequal), abs=TS)
+
+
 def test_extra_lag_is_the_exact_first_order_answer():
     out = answer("extra_lag", {"time_constant_s": 0.1}, FAST, np.where(TIME < 0.1, 0.0, 1.0))
     t = TIME[1:] - 0.1
@@ -293,6 +332,18 @@ def test_a_duhem_loop_bends_alike_on_its_way_back():
 def test_gain_drifts_with_time():
     out = answer("gain_drift", {"rate_per_s": 0.01}, voltage=np.ones(500))
     assert out[-1] == pytest.approx(1 + 0.01 * TIME[-1], abs=1e-3)
+
+
+def test_gain_that_ages_with_work_has_aged_alike_after_the_same_work():
+    worn = {"rate_per_s": -0.02, "settling_s": 8.0, "onset_s": 1.0, "by_work": 1.0}
+    volts = np.concatenate([np.full(100, 2.0), np.full(100, -1.0), np.full(200, 0.0), np.full(300, 1.0)])
+    gain = np.ones(len(volts) - 1)
+    moved = volts[:-1] != 0.0
+    gain[moved] = answer("gain_drift", worn, voltage=volts)[moved] / volts[:-1][moved]
+    work = np.concatenate([[0.0], np.cumsum(np.abs(volts)) * TS])[: len(gain)]
+    aged = np.maximum(work - 1.0, 0.0)
+    np.testing.assert_allclose(gain[moved], (1.0 - 0.02 * 8.0 * (1.0 - np.exp(-aged / 8.0)))[moved], atol=1e-3)
+    assert gain[400] == pytest.approx(gain[198], abs=1e-3), "at rest nothing ages"
 
 
 def test_gain_that_swings_is_the_nominal_one_in_the_mean():
@@ -380,6 +431,17 @@ def test_cubic_stiffness_balances_the_voltage():
 def test_a_spring_with_a_linear_part_balances_the_voltage():
     out = answer("cubic_stiffness", {"coefficient": 1000.0, "linear": 5.0}, INTEGRATOR, np.ones(2000))
     assert 1000.0 * out[-1] ** 3 + 5.0 * out[-1] == pytest.approx(1.0, rel=1e-3)
+
+
+def test_a_spring_that_the_valve_was_trimmed_with_does_nothing_at_zero():
+    spring = {"coefficient": 1000.0, "centre": 0.05, "linear": 5.0, "trimmed": 1.0}
+    assert np.ptp(answer("cubic_stiffness", spring, INTEGRATOR, np.zeros(500))) < 1e-12
+    out = answer("cubic_stiffness", spring, INTEGRATOR, np.ones(2000))[-1]
+
+    def force(y):
+        return 1000.0 * (y - 0.05) ** 3 + 5.0 * (y - 0.05)
+
+    assert force(out) - force(0.0) == pytest.approx(1.0, rel=1e-3)
 
 
 def test_quadratic_damping_takes_voltage_with_the_square_of_the_speed():

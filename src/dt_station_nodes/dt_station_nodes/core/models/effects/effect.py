@@ -52,7 +52,7 @@ class Parameter:
     stays neutral unless a model sets it or a fit frees it. The effect is present where a parameter that `acts_alone`
     (None: every one that is not optional) is off its neutral value. One `tried_first` is optional in a model, but a
     fit frees it from the start; one without `starts` is tried where the run itself shows where to begin; one `apart`
-    makes a form of its own, to which no fit finds the way from the plain one; tried first, each of its starts does.
+    makes a form of its own, to which no fit finds the way from the plain one; with the starts 0 and 1, each does.
     `usual` values are a choice of form, no measured number: a fit that ends near one is tried there. What a parameter
     changes may come in stairs: less than its `grain` shows in no sample, so its fit begins from finer starts and
     takes slopes over that, on the channels `in_stairs`. It means something on its `channels` only.

@@ -10,6 +10,7 @@ from .effect import Attachment, Effect, Parameter, Quantity
 
 _PISTON, _SPOOL = (Channel.POSITION,), (Channel.PRESSURE,)
 _STILL = 0.05  # of what makes a spool slip: as near to where it comes to rest it sticks again
+_TURNED = 1e-9  # of the same: a voltage that turns back by less has not
 
 
 @njit(cache=True)
@@ -37,7 +38,8 @@ def _spool(p: Doubles, s: Doubles, value: float, h: float) -> float:
     if s[2] != 0.0:
         to_go = (value - s[0]) * s[2] - end
         if to_go <= 0.0:
-            s[2] = 0.0
+            if not slides_on or to_go < -_TURNED * level:
+                s[2] = 0.0
             return s[0]
         moved = to_go * (1.0 - math.exp(-h / slide)) if slide > 1e-6 else to_go
         s[0] += s[2] * moved
@@ -46,24 +48,19 @@ def _spool(p: Doubles, s: Doubles, value: float, h: float) -> float:
     return s[0]
 
 
-@effect_step
-def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    if c[OWN_LOAD] > 0.0:
-        return _spool(p, s, value, c[SUBSTEP])
+@njit(cache=True)
+def _held(p: Doubles, s: Doubles, velocity: float, gain: float, h: float) -> float:
+    """Voltage (V) that a contact takes from a piston which would otherwise have this velocity after the sub-step."""
     coulomb, static_excess, stribeck_velocity, asymmetry = p[0], p[1], p[2], p[3]
-    load_share, presliding, slip = p[4], p[5], p[6]
-    gain = c[VELOCITY_GAIN]
-    if gain == 0.0:
-        return value
-    velocity = c[FREE_VELOCITY] - (1.0 - load_share) * c[LOAD_VELOCITY]
+    presliding, slip = p[5], p[6]
     level = coulomb
     if static_excess != 0.0 and stribeck_velocity > 0.0:
-        ratio = velocity / stribeck_velocity
+        # Of the velocity that it has: one that stands is held by all of it, whatever would move it.
+        ratio = s[2] / stribeck_velocity
         level += static_excess * math.exp(-ratio * ratio)
     level *= 1.0 + asymmetry if velocity > 0.0 else 1.0 - asymmetry
     if presliding > 0.0:
         # Bristle z' = v - |v| z / presliding, force level z / presliding, both at the sub-step's end: a quadratic in v.
-        h = c[SUBSTEP]
         z = s[0]
         pull = gain * level
         sign = 1.0 if velocity * presliding - pull * z > 0.0 else -1.0
@@ -72,12 +69,24 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         root = math.sqrt(max(b * b + 4.0 * h * q, 0.0))
         speed = 2.0 * q / (b + root) if b > 0.0 else (root - b) / (2.0 * h)
         s[0] = (z + h * sign * speed) / (1.0 + h * speed / presliding)
-        return value - level * s[0] / presliding
+        return level * s[0] / presliding
     if slip > 0.0:
-        return value - level * math.tanh(_slipping(velocity, gain * level, slip) / slip)
+        return level * math.tanh(_slipping(velocity, gain * level, slip) / slip)
     # Implicit: exactly the force that would stop the piston within the sub-step, up to the friction level.
-    needed = velocity / gain
-    return value - min(max(needed, -level), level)
+    return min(max(velocity / gain, -level), level)
+
+
+@effect_step
+def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    if c[OWN_LOAD] > 0.0:
+        return _spool(p, s, value, c[SUBSTEP])
+    gain = c[VELOCITY_GAIN]
+    if gain == 0.0:
+        return value
+    velocity = c[FREE_VELOCITY] - (1.0 - p[4]) * c[LOAD_VELOCITY]
+    held = _held(p, s, velocity, gain, c[SUBSTEP])
+    s[2] = velocity - gain * held
+    return value - held
 
 
 EFFECT = Effect(
@@ -110,7 +119,7 @@ EFFECT = Effect(
             Quantity.VELOCITY,
             "Stribeck velocity",
             0.0,
-            0.3,
+            1.0,
             (0.05,),
             optional=True,
             channels=_PISTON,
@@ -184,8 +193,9 @@ EFFECT = Effect(
             "0: it sticks again after each slip, 1: it slides on until the voltage turns back",
             0.0,
             1.0,
-            (1.0,),
+            (0.0, 1.0),
             optional=True,
+            apart=True,
             usual=(1.0,),
             channels=_SPOOL,
         ),

@@ -1,0 +1,61 @@
+"""Refined forms: which numbers are tried together, and a contact of which only that finds the way."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from cases import Case, make
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelInput, ModelSpec, PlantModel
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import DiscoverySettings, discover
+from dt_station_nodes.discovery.candidates import Candidate, add_effect
+from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.refinements import GRIP, refinements, step_starts
+
+MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
+PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
+BARE = ModelSpec(
+    name="axis", paths={Channel.POSITION: PAPER.paths[Channel.POSITION].model_copy(update={"effects": ()})}
+)
+
+
+def hunting(shape: np.ndarray, **friction: float) -> Run:
+    """A slow loop about a set-point (m) whose piston sticks and slips."""
+    plant = PlantModel(BARE.with_effect(Channel.POSITION, "friction", friction), 0.02)
+    state, noise = plant.initial_state(), 5e-5 * np.random.default_rng(4).standard_normal(len(shape))
+    volts, moved = np.zeros(len(shape)), np.zeros(len(shape))
+    for k, wanted in enumerate(shape):
+        moved[k] = plant.output(state).position_m + noise[k]
+        volts[k] = np.clip(140.0 * (wanted - moved[k]), -10.0, 10.0)
+        state, _ = plant.step(state, ModelInput(0.0, float(volts[k]), 1e6))
+    return Run(0.02, {"servo_voltage_v": volts, "position_m": moved})
+
+
+def test_what_grips_more_at_rest_is_tried_as_one() -> None:
+    path, candidate = PAPER.paths[Channel.POSITION], Candidate("friction")
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.POSITION, DiscoverySettings())
+    plain = add_effect(path, candidate, {"coulomb_v": 0.4})
+    forms = refinements(problem, plain, candidate, problem.residual(plain))
+    assert GRIP in forms.steps
+    assert not any(name in GRIP for names in forms.steps for name in names if names != GRIP)
+    starts = [start.effect("friction").parameters for start in step_starts(plain, forms, GRIP)]
+    assert all(p["static_excess_v"] > 0.0 and p["stribeck_velocity"] > 0.0 for p in starts)
+    sizes = [p["coulomb_v"] for p in starts]
+    assert min(sizes) < 0.5 * 0.4 + 1e-9
+    assert max(sizes) > 0.4 - 1e-9
+
+
+def test_a_piston_that_hunts_is_friction_with_its_numbers() -> None:
+    time_s = 0.02 * np.arange(1200)
+    true = {"coulomb_v": 0.52, "static_excess_v": 0.31, "stribeck_velocity": 0.0093}
+    slow = 0.016 * (2.0 * np.abs((0.35 * time_s) % 2.0 - 1.0) - 1.0)
+    result = discover(hunting(slow, **true), BARE, settings=DiscoverySettings(max_effects=1))
+    assert [effect.name for effect in result.effects] == ["friction"]
+    found = result.effects[0].parameters
+    for name, value in true.items():
+        assert abs(found[name].value - value) < 0.1 * value
