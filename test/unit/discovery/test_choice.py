@@ -22,7 +22,6 @@ from dt_station_nodes.discovery.choice import (
     Measure,
     best_set,
     enough,
-    recurring,
 )
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
@@ -118,22 +117,6 @@ def test_what_misses_an_eighth_of_the_signal_is_not_named(
         for names, gap in (((), 5.0), (("delay",), share))
     )
     assert _decide(measure.bench, null.fit.residual, before, [before, after], interrupted=False).verdict is verdict
-
-
-@pytest.mark.parametrize(
-    ("order", "turns", "kept"), [(3, 0.0, False), (3, 0.1, False), (3, 0.4, True), (3, 2.0, True), (2.5, 0.0, True)]
-)
-def test_a_disturbance_is_told_from_a_harmonic_by_part_of_a_turn(
-    fitted: tuple[Measure, Explanation], order: float, turns: float, kept: bool
-) -> None:
-    measure, null = fitted
-    problem = replace(measure.bench.problem, excitations_hz=(0.5,))
-    measure = replace(measure, bench=replace(measure.bench, problem=problem))
-    hertz = 0.5 * order + turns / (len(problem.measured) * problem.simulator.sample_time_s)
-    sine = {"amplitude": 0.01, "frequency_hz": hertz, "phase_rad": 0.0}
-    path = PAPER.with_effect(Channel.POSITION, "periodic_disturbance", sine).paths[Channel.POSITION]
-    found = replace(null, added=("periodic_disturbance",), fit=replace(null.fit, path=path))
-    assert recurring([found], [null], measure) == ([found] if kept else [])
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import PathSpec
 from dt_station_nodes.core.models.effects import Quantity
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery.choice import SAME_TURNS
+from dt_station_nodes.discovery.recurring import SAME_TURNS
 from dt_station_nodes.discovery.scales import excitations_hz, scales
 
 Array = NDArray[np.float64]

@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .choice import SEEN, Measure, alternatives, best_set, certain, recurring, take_measure
+from .choice import SEEN, Measure, alternatives, best_set, certain, take_measure
 from .growth import MISSES, MOST, Growth
 from .noise import effective_samples, whiteness
 from .parsimony import simplified
 from .problem import Problem
+from .recurring import recurring
 from .result import Verdict
 from .search import StoppedError, distinct, scan, scan_whole
 from .selection import Bench, Explanation, Progress, as_given, fit_null

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass, replace
 
 from ..core.models.effects import registry
-from .problem import Problem
 from .selection import Bench, Explanation, penalised
 from .sense import sensible
 from .unseen import unseen_residual
@@ -29,8 +28,6 @@ FAINT_LEAVES = 0.12  # unless it leaves at most this much of what they left
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.12  # must leave little of it
 EVIDENT = (0.003, 0.02)  # of the signal: RMS that it explains on the run, or else on the validation run
-FEWEST_CYCLES = 3.0  # fewer in a run are a drift
-SAME_TURNS = 0.2  # two frequencies that come apart by less of a turn in a run are one
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,34 +185,6 @@ def _told(best: Explanation, leader: Explanation, measure: Measure) -> bool:
     """Whether either run tells that the larger set is there, however little it tells of its size."""
     nested = set(best.added) <= set(leader.added)
     return nested and any(told > ENOUGH_TO_TELL for told in measure.told(best, leader))
-
-
-def recurring(found: list[Explanation], known: list[Explanation], measure: Measure) -> list[Explanation]:
-    """Without those whose periodic disturbance comes too seldom to be one, or beats with the excitation.
-
-    Any smooth nonlinearity of a periodic run looks as if it did. What such a disturbance foretells of a run excited
-    at other frequencies tells the two apart: more than what is `known` to explain it without one.
-    """
-    kept = []
-    for explanation in found:
-        problems = measure.bench.problems
-        if "periodic_disturbance" not in explanation.added or not _beats(explanation, problems[0]):
-            kept.append(explanation)
-            continue
-        unseen = len(problems) > 1 and not _beats(explanation, problems[1])
-        without = {name for name in explanation.added if name != "periodic_disturbance"}
-        plain = min((e for e in known if set(e.added) <= without), key=measure.score)
-        if unseen and measure.told(plain, explanation)[1] > ENOUGH_TO_TELL:
-            kept.append(explanation)
-    return kept
-
-
-def _beats(explanation: Explanation, problem: Problem) -> bool:
-    """Whether a periodic disturbance comes a few times only in a run, or at a frequency that excites it."""
-    spec = explanation.fit.path.effect("periodic_disturbance")
-    tones = [spec.parameters["frequency_hz"]]
-    tones += [spec.parameters["second_hz"]] if spec.parameters.get("second_share", 0.0) != 0.0 else []
-    return any(hz * problem.length_s < FEWEST_CYCLES or problem.excited_at(hz, SAME_TURNS) for hz in tones)
 
 
 def _evident(best: Explanation, leader: Explanation, measure: Measure) -> bool:

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from .choice import ENOUGH_TO_NAME, WORTH_NOISE, Measure, could_add, recurring, take_measure
+from .choice import ENOUGH_TO_NAME, WORTH_NOISE, Measure, could_add, take_measure
 from .neighbours import exchange, reduced
+from .recurring import recurring
 from .search import distinct, scan
 from .selection import Bench, Explanation
 
