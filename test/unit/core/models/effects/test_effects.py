@@ -183,6 +183,25 @@ def test_rate_limit_bounds_the_slope():
     assert np.abs(out).max() < np.abs(SWEEP).max()
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_spool_that_springs_close_slews_faster_towards_zero(sign):
+    voltage = sign * np.where((TIME > 1.0) & (TIME < 5.0), 1.0, 0.0)
+    out = sign * answer("rate_limit", {"rate_v_per_s": 1.0, "closing": 0.25}, voltage=voltage)
+    slopes = np.diff(out) / TS
+    assert slopes.max() == pytest.approx(0.75)
+    assert slopes.min() == pytest.approx(-1.25)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_spool_that_springs_close_lags_less_towards_zero(sign):
+    voltage = sign * np.where((TIME > 1.0) & (TIME < 5.0), 1.0, 0.0)
+    missing_s = TS * np.abs(
+        voltage[:-1] - answer("extra_lag", {"time_constant_s": 0.2, "closing": 0.4}, voltage=voltage)
+    )
+    assert missing_s[TIME[1:] < 5.0].sum() == pytest.approx(0.28, abs=TS)
+    assert missing_s[TIME[1:] >= 5.0].sum() == pytest.approx(0.12, abs=TS)
+
+
 def test_a_loop_of_limited_speed_is_its_lag_that_slews():
     """Against fine steps of x' = clip((u - x) / T, rate), which a limit before the lag is not."""
     lag, rate, fine = 0.05, 4.0, 200

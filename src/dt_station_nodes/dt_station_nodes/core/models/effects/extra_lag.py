@@ -27,7 +27,9 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
         s[2] = value
-    first = _lag(s, 0, p[0] * (1.0 + p[3] if value > s[0] else 1.0 - p[3]), c[SUBSTEP], value)
+    rising, closing = value > s[0], (value - s[0]) * s[0] < 0.0
+    lag = p[0] * (1.0 + p[3] if rising else 1.0 - p[3]) * (1.0 - p[4] if closing else 1.0 + p[4])
+    first = _lag(s, 0, lag, c[SUBSTEP], value)
     return _lag(s, 2, p[1], c[SUBSTEP], p[2] * value + (1.0 - p[2]) * first)
 
 
@@ -53,6 +55,15 @@ EFFECT = Effect(
             "unequal",
             Quantity.RATIO,
             "how much longer than its mean the lag is upwards, and shorter downwards, as a volume fills and empties",
+            -0.9,
+            0.9,
+            (0.0,),
+            optional=True,
+        ),
+        Parameter(
+            "closing",
+            Quantity.RATIO,
+            "how much shorter than its mean the lag is towards zero, and longer away from it, as springs close a spool",
             -0.9,
             0.9,
             (0.0,),

@@ -57,7 +57,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
     wanted = value - s[0]
-    rate = p[0] * (1.0 + p[2] if wanted > 0.0 else 1.0 - p[2])
+    rate = p[0] * (1.0 + p[2] if wanted > 0.0 else 1.0 - p[2]) * (1.0 + p[4] if wanted * s[0] < 0.0 else 1.0 - p[4])
     if p[3] > 1e-6:
         return _inside(s, value, rate, p[3], c[SUBSTEP])
     if p[1] > 1e-6:
@@ -112,6 +112,15 @@ EFFECT = Effect(
             0.0,
             1.0,
             (0.05,),
+            optional=True,
+        ),
+        Parameter(
+            "closing",
+            Quantity.RATIO,
+            "rate towards zero above, away from it below the mean, as springs close a spool",
+            -0.95,
+            0.95,
+            (0.0,),
             optional=True,
         ),
     ),
