@@ -1,5 +1,6 @@
 """The search for single effects, and what it does where no plain form explains anything."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,12 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSimulator
 from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery import DiscoverySettings
-from dt_station_nodes.discovery.candidates import Candidate, all_starts, grid, library
+from dt_station_nodes.discovery import DiscoverySettings, search
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, all_starts, grid, library
 from dt_station_nodes.discovery.problem import Problem, make_problem
-from dt_station_nodes.discovery.refinements import refinements
+from dt_station_nodes.discovery.refinements import GRIP, refinements
 from dt_station_nodes.discovery.search import scan, scan_whole
-from dt_station_nodes.discovery.selection import Bench, fit_null
+from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
@@ -147,3 +148,25 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
     # A mode beside the path shows on the output only.
     assert "beside" in Candidate("resonance", Attachment.OUTPUT).optional
     assert "beside" not in Candidate("resonance").optional
+
+
+@pytest.mark.parametrize(("grip_costs", "kept"), [(1.0, {"presliding", "grip"}), (3.0, {"presliding"})])
+def test_a_contact_that_grips_takes_no_other_refinements_place(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch, grip_costs: float, kept: set[str]
+) -> None:
+    path, friction = PAPER.paths[Channel.POSITION], Candidate("friction")
+    plain = add_effect(path, friction, {"coulomb_v": 0.3})
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    null = fit_null(bench, path)
+    asked: dict[str, Explanation] = {}
+
+    def form(_: Bench, __: object, optional: tuple[str, ...], *___: object) -> Explanation:
+        cost = {("presliding",): 2.0, GRIP: grip_costs}.get(optional, 4.0)
+        found = replace(null, fit=replace(null.fit, path=plain, fitted=replace(null.fit.fitted, cost=cost)))
+        asked.setdefault({("presliding",): "presliding", GRIP: "grip"}.get(optional, ", ".join(optional)), found)
+        return found
+
+    monkeypatch.setattr(search, "_form", form)
+    task = search._Task(null, friction, seen=replace(null, fit=replace(null.fit, path=plain)))
+    *ones, _ = search._refined(bench, task).finer
+    assert {name for name, found in asked.items() if any(found is one for one in ones)} == kept
