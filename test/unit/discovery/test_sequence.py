@@ -22,9 +22,9 @@ MODE = EffectSpec(name="resonance", parameters={"frequency_hz": 3.0, "damping": 
 NOISE_PA = 4e3
 
 
-def shaken(path: PathSpec) -> Problem:
+def shaken(path: PathSpec, middle_v: float = 0.8, swing_v: float = 0.7) -> Problem:
     """A square voltage that a ringing valve takes below 0 V, where it is shut."""
-    voltage = 0.8 + 0.7 * np.sign(np.sin(3.1 * np.arange(900) * 0.02))
+    voltage = middle_v + swing_v * np.sign(np.sin(3.1 * np.arange(900) * 0.02))
     pressure = PathSimulator(Channel.PRESSURE, 0.02, voltage, np.zeros(0), 1e6, 1e6).simulate(path)
     pressure += NOISE_PA * np.random.default_rng(11).standard_normal(voltage.size)
     run = Run(0.02, {"load_voltage_v": voltage, "pressure_pa": pressure})
@@ -40,6 +40,15 @@ def test_a_mode_is_found_on_its_side_of_the_valves_limits(first: bool) -> None:
     assert best.added == ("resonance",)
     assert float(np.std(best.fit.residual)) < 1.1 * NOISE_PA
     assert as_it_stands(best.fit.path, "resonance", best.added).first is first
+
+
+def test_a_mode_swings_beyond_the_cards_limit_and_the_valve_is_still_shut_at_zero() -> None:
+    shut = EffectSpec(name="saturation", parameters={"upper_v": 1e9, "lower_v": 0.0})
+    problem = shaken(PATH.model_copy(update={"effects": (MODE, shut)}), 2.4, 2.1)
+    bench = Bench(problem, nominal_terms(PATH, problem.signal))
+    best = scan(bench, [fit_null(bench, PATH)], 6, 2)[0]
+    assert best.added == ("resonance",)
+    assert float(np.std(best.fit.residual)) < 1.1 * NOISE_PA
 
 
 @pytest.mark.parametrize("first", [True, False])

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..core.models import PathSpec
-from ..core.models.effects import Attachment
+from ..core.models import EffectSpec, PathSpec
+from ..core.models.effects import Attachment, registry
 from .candidates import Candidate, hypothesis
 from .hypothesis_fit import fit_hypothesis
 from .selection import Bench, Explanation
@@ -25,16 +25,29 @@ def in_sequence(bench: Bench, found: Explanation, candidate: Candidate) -> tuple
         return found, candidate
     first = place > min(own)
     others = (*effects[:place], *effects[place + 1 :])
-    moved = (effects[place], *others) if first else (*others, effects[place])
-    path = found.fit.path.model_copy(update={"effects": moved})
-    if not _differ(bench, found.fit.path, path):
-        return found, candidate
-    begin = hypothesis(bench.problem, path, bench.nominal, found.freed)
-    fit = fit_hypothesis(bench.problem, begin, iterations=bench.iterations)
-    other = bench.explained(fit, found.added, found.freed, glance=True)
-    floors = bench.floors(other)
-    better = bench.misfit(other, floors) < bench.misfit(found, floors)
-    return (other, replace(candidate, first=first)) if better else (found, candidate)
+    ways = [(effects[place], *others), (effects[place], *map(_beyond_the_card, others))] if first else []
+    best, chosen = found, candidate
+    tried = [found.fit.path]
+    for moved in ways or [(*others, effects[place])]:
+        path = found.fit.path.model_copy(update={"effects": moved})
+        if not all(_differ(bench, one, path) for one in tried):
+            continue
+        tried.append(path)
+        begin = hypothesis(bench.problem, path, bench.nominal, found.freed)
+        fit = fit_hypothesis(bench.problem, begin, iterations=bench.iterations)
+        other = bench.explained(fit, found.added, found.freed, glance=True)
+        floors = bench.floors(other)
+        if bench.misfit(other, floors) < bench.misfit(best, floors):
+            best, chosen = other, replace(candidate, first=first)
+    return best, chosen
+
+
+def _beyond_the_card(effect: EffectSpec) -> EffectSpec:
+    """An effect behind what swings beyond the voltage applied, which has passed the card's upper limit already."""
+    if effect.name != "saturation":
+        return effect
+    wide = {**effect.parameters, "upper_v": registry()[effect.name].parameter("upper_v").neutral}
+    return EffectSpec.model_construct(name=effect.name, at=effect.at, parameters=wide)
 
 
 def _differ(bench: Bench, one: PathSpec, other: PathSpec) -> bool:
