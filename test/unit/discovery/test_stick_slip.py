@@ -41,6 +41,30 @@ def test_a_spool_that_jumps_is_friction_with_its_numbers() -> None:
     assert effect.parameters["slip"].value == pytest.approx(2.0 / 3.0, abs=0.02)
 
 
+def sliding(stuck_v: float, slid_v: float, wave: int) -> Run:
+    """Pressure of a valve whose spool, once `stuck_v` behind, slides on `slid_v` behind until the voltage turns."""
+    given = 2.0 + 1.2 * WAVES[wave]
+    acts, spool, side = [], 0.0, 0.0
+    for voltage in map(float, given):
+        if side == 0.0 and abs(voltage - spool) > stuck_v:
+            side = float(np.sign(voltage - spool))
+        if side * (voltage - spool) < slid_v:
+            side = 0.0
+        spool = voltage - side * slid_v if side else spool
+        acts.append(spool)
+    return answered(given, np.array(acts), wave)
+
+
+def test_a_spool_that_slides_on_is_friction_with_its_numbers() -> None:
+    result = discover(sliding(0.4, 0.15, 0), SPEC, sliding(0.4, 0.15, 1), DiscoverySettings(jobs=2))
+    (effect,) = result.effects
+    assert (effect.name, effect.alternatives) == ("friction", ())
+    assert result.model.paths[Channel.PRESSURE].effect("friction").parameters["slides_on"] == 1.0
+    level = effect.parameters["coulomb_v"].value
+    assert level == pytest.approx(0.4, rel=0.05)
+    assert level * (1.0 - effect.parameters["slip"].value) == pytest.approx(0.15, rel=0.1)
+
+
 def test_one_that_does_not_jump_is_a_loop() -> None:
     result = discover(run(0.2, 0.2, 0), SPEC, run(0.2, 0.2, 1), DiscoverySettings(jobs=2))
     (effect,) = result.effects

@@ -152,7 +152,7 @@ def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> 
 
 def _mimicked(best: Explanation, known: list[Explanation], measure: Measure) -> bool:
     """Whether a form outside the vocabulary does as well in the place of one of several names."""
-    strangers = [e for e in known if not e.inside and len(e.added) == len(best.added) > 1]
+    strangers = [e for e in known if not e.inside and len(e.added) == len(best.added)]
     beside = [e for e in strangers if len(set(e.added) & set(best.added)) == len(best.added) - 1]
     return any(measure.left(e) < ALIKE * measure.left(best) for e in beside)
 

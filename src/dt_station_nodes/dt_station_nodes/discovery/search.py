@@ -100,10 +100,12 @@ def _refined(bench: Bench, task: _Task) -> _Task:
     forms = refinements(bench.problem, path, task.candidate, task.base.fit.residual, timed=not bench.rough)
     if not forms.names:
         return task
-    steps = {names: _form(bench, task, names, step_starts(path, forms, names), 4, 1) for names in forms.steps}
+    steps = {n: _form(bench, task, n, step_starts(path, forms, n), 4, _MANY if n == GRIP else 1) for n in forms.steps}
     # A grip has many starts: what a contact does otherwise is not to be lost behind it.
-    alone = min((e for names, e in steps.items() if names != GRIP), key=lambda e: e.fit.fitted.cost)
-    ones = [alone, *(e for e in steps.values() if e is steps.get(GRIP) and e.fit.fitted.cost < alone.fit.fitted.cost)]
+    grip = steps.pop(GRIP, None)
+    ones = [min(steps.values(), key=lambda e: e.fit.fitted.cost)] if steps else []
+    if grip is not None and all(grip.fit.fitted.cost < one.fit.fitted.cost for one in ones):
+        ones.append(grip)
     paths = [*(e.fit.path for e in ones), *refined_starts(path, forms)]
     whole = _form(bench, task, forms.names, paths, bench.iterations, 3)
     return replace(task, finer=(*map(bench.judged, ones), bench.judged(whole)))
@@ -116,10 +118,9 @@ def _form(
     freed = {**task.freed, task.candidate.name: task.candidate.required + optional}
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
-    near, grips = unbent(bench.nominal, starts), optional == GRIP
+    near = unbent(bench.nominal, starts)
     # A plain fit to jumps leads the nominal parameters astray.
-    starts = (near or starts) if grips else [*starts, *near]
-    keep = _MANY if grips else keep
+    starts = (near or starts) if optional == GRIP else [*starts, *near]
     fit = fit_hypothesis(bench.problem, hypotheses[0], starts, iterations, keep, rival=task.rival)
     fit = climbed(bench.problem, task.added, fit, task.base.fit)
     return bench.explained(fit, task.added, freed, glance=True)

@@ -25,10 +25,12 @@ def in_sequence(bench: Bench, found: Explanation, candidate: Candidate) -> tuple
         return found, candidate
     first = place > min(own)
     others = (*effects[:place], *effects[place + 1 :])
-    ways = [(effects[place], *others), (effects[place], *map(_beyond_the_card, others))] if first else []
+    ways = [(effects[place], *others) if first else (*others, effects[place])]
+    if first:
+        ways.append((effects[place], *(e if e.name in found.added else _beyond_the_card(e) for e in others)))
     best, chosen = found, candidate
     tried = [found.fit.path]
-    for moved in ways or [(*others, effects[place])]:
+    for moved in ways:
         path = found.fit.path.model_copy(update={"effects": moved})
         if not all(_differ(bench, one, path) for one in tried):
             continue

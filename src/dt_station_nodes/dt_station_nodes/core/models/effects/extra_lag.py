@@ -5,6 +5,7 @@ import math
 from numba import njit
 
 from ..compiled import SUBSTEP, Doubles, effect_step
+from ..sided import sided
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
@@ -27,9 +28,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
         s[2] = value
-    rising, closing = value > s[0], (value - s[0]) * s[0] < 0.0
-    lag = p[0] * (1.0 + p[3] if rising else 1.0 - p[3]) * (1.0 - p[4] if closing else 1.0 + p[4])
-    first = _lag(s, 0, lag, c[SUBSTEP], value)
+    first = _lag(s, 0, p[0] * sided(value - s[0], s[0], p[3], -p[4]), c[SUBSTEP], value)
     return _lag(s, 2, p[1], c[SUBSTEP], p[2] * value + (1.0 - p[2]) * first)
 
 

@@ -5,6 +5,7 @@ import math
 from numba import njit
 
 from ..compiled import SUBSTEP, Doubles, effect_step
+from ..sided import sided
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -57,7 +58,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
     wanted = value - s[0]
-    rate = p[0] * (1.0 + p[2] if wanted > 0.0 else 1.0 - p[2]) * (1.0 + p[4] if wanted * s[0] < 0.0 else 1.0 - p[4])
+    rate = p[0] * sided(wanted, s[0], p[2], p[4])
     if p[3] > 1e-6:
         return _inside(s, value, rate, p[3], c[SUBSTEP])
     if p[1] > 1e-6:
