@@ -43,7 +43,8 @@ def test_all_starts_try_every_value_of_every_parameter(problem: Problem) -> None
         paths = all_starts(problem, PAPER.paths[Channel.POSITION], candidate, problem.measured)
         assert 0 < len(paths) <= 150
         given = [path.effects[-1].parameters for path in paths]
-        for parameter in (p for p in candidate.effect.parameters if Channel.POSITION in p.channels):
+        own = {*candidate.required, *candidate.optional}
+        for parameter in (p for p in candidate.effect.parameters if Channel.POSITION in p.channels and p.name in own):
             tried = {round(values[parameter.name], 12) for values in given}
             assert len(tried) >= min(len(set(parameter.starts)), 2)
             assert not parameter.optional or parameter.tried_first or round(parameter.neutral, 12) in tried
@@ -136,6 +137,7 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
         ("delay", None, ("delay_s", "dispersion")),
         ("hysteresis", None, ("half_width_v", "bouc_wen", "depth")),
         ("overflow", None, ("limit", "lower_limit", "standing")),
+        ("periodic_disturbance", Attachment.INPUT, ("amplitude", "frequency_hz", "phase_rad", "push_share")),
         ("rate_limit", None, ("rate_v_per_s", "asymmetry")),
         ("resonance", Attachment.OUTPUT, ("frequency_hz", "damping", "beside", "beside_rate")),
         ("saturation", None, ("upper_v", "lower_v", "knee")),

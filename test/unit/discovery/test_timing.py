@@ -25,6 +25,7 @@ SINE = {"amplitude": 1.2e5, "frequency_hz": 3.1, "phase_rad": 0.3}
 BURSTS = {"burst_period_s": 6.5, "burst_share": 0.45, "burst_start_s": 1.2}
 SECOND_HZ = 4.4
 SWELL_HZ = 0.27
+PUSH_HZ = 1.37
 DELAY_S, WANDER, WANDER_HZ = 0.06, 0.4, 0.21
 
 
@@ -61,6 +62,16 @@ def late(wander: float, phase_rad: float = 0.8, seed: int = 8) -> Run:
     return noisy({"pressure_pa": out.pressure_pa, "position_m": out.position_m}, plain, seed)
 
 
+def pushed(phase_rad: float, seed: int, push_v: float = 0.1) -> Run:
+    """A run whose servo valve a pump's pulses push one way: most of what is seen is a drift."""
+    plain = make(Case(shape="square", seed=seed, seconds=24.0, noise_db=300.0, closed=False))
+    time_s = plain.sample_time_s * np.arange(len(plain))
+    push = push_v * np.maximum(np.sin(2.0 * np.pi * PUSH_HZ * time_s + phase_rad), 0.0)
+    at_valve = plain.signals["servo_voltage_v"] - push
+    out = PlantModel(PAPER, plain.sample_time_s).simulate(plain.signals["load_voltage_v"], at_valve)
+    return noisy({"pressure_pa": out.pressure_pa, "position_m": out.position_m}, plain, seed)
+
+
 def problem(of: Run, channel: Channel) -> Problem:
     return make_problem(of, PAPER, channel, DiscoverySettings())
 
@@ -86,6 +97,15 @@ def test_one_that_swells_and_sinks_is_named() -> None:
     assert [(e.name, e.channel) for e in found.effects] == [("periodic_disturbance", Channel.PRESSURE)]
     assert found.effects[0].parameters["swell_hz"].value == pytest.approx(SWELL_HZ, rel=0.01)
     assert found.effects[0].parameters["swell"].value == pytest.approx(0.8, rel=0.1)
+
+
+def test_what_pushes_one_way_is_a_disturbance_and_no_bias_beside_it() -> None:
+    found = discover(pushed(0.3, 8), PAPER, validation=pushed(2.0, 9), jobs=2)
+    assert [(e.name, e.channel) for e in found.effects] == [("periodic_disturbance", Channel.POSITION)]
+    numbers = found.effects[0].parameters
+    assert numbers["frequency_hz"].value == pytest.approx(PUSH_HZ, rel=2e-3)
+    assert numbers["push_share"].value == pytest.approx(-0.5, rel=0.2)
+    assert found.gap.after[Channel.POSITION].rms < 1.1 * found.gap.noise_floor[Channel.POSITION].rms
 
 
 def test_a_delay_that_wanders_is_named() -> None:

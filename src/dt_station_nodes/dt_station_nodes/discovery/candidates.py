@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeVar
 
@@ -38,6 +38,7 @@ _INWARDS = (0.02, 0.1, 0.25)  # of the run's way
 _HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only just meets
 _FINE_STARTS = 16
 _SLIPS = (0.12, 0.15, 0.18, 0.22, 0.26, *(0.3 + 0.035 * k for k in range(20)))
+_ONE_LINE = 1.5  # turns in a run, by which two peaks of a spectrum are one
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
 _FAR = 0.5
 
@@ -109,7 +110,7 @@ def grid(
     """
     parameter = candidate.effect.parameter(name)
     if parameter.quantity is Quantity.FREQUENCY:
-        peaks = spectral_peaks(residual, problem.simulator.sample_time_s)
+        peaks = _peaks(problem, residual)
         # A mode rings where it is, but what drives it colours the residual more.
         return peaks if candidate.name == "periodic_disturbance" else [*parameter.starts, *peaks[:2]]
     unit = unit_of(problem, parameter, candidate.at or candidate.effect.attachment)
@@ -127,6 +128,16 @@ def grid(
     if fine and parameter.grain_on(problem.channel) > 0.0 and not problem.rough:
         return list(unit * np.geomspace(min(parameter.starts), 1.5 * max(parameter.starts), _FINE_STARTS))
     return [start * unit for start in parameter.starts]
+
+
+def _peaks(problem: Problem, residual: Array) -> list[float]:
+    """Frequencies that a residual (n,) holds most of; of one that drifts, what it holds beside the drift too."""
+    step_s = problem.simulator.sample_time_s
+    peaks = spectral_peaks(residual, step_s)
+    if not problem.windows.anchored:
+        return peaks
+    beside = spectral_peaks(replace(problem.windows, trend=True).project(residual), step_s, 1)
+    return peaks + [hz for hz in beside if all(abs(hz - peak) * problem.length_s > _ONE_LINE for peak in peaks)]
 
 
 def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter) -> list[float]:

@@ -424,6 +424,21 @@ def test_an_oscillation_swells_and_sinks():
     assert np.allclose(out, plain * (1.0 + 0.7 * np.sin(2 * math.pi * 0.3 * TIME[1:] + 1.0)))
 
 
+@pytest.mark.parametrize("share", [0.5, 0.3, -0.4])
+def test_what_pushes_one_way_does_so_about_the_crest_of_its_sine(share):
+    sine = {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}
+    plain, out = (
+        answer("periodic_disturbance", {**sine, **more}, voltage=0 * TIME) for more in ({}, {"push_share": share})
+    )
+    side = math.copysign(1.0, share)
+    assert np.all(side * out >= 0.0)
+    assert np.max(side * out) == pytest.approx(0.2, rel=0.01)
+    assert np.mean(out != 0.0) == pytest.approx(abs(share), abs=0.02)
+    assert np.mean(out) == pytest.approx(0.2 * share * 2.0 / math.pi, rel=0.05)
+    # It is there where the sine is beyond what it is at the push's ends.
+    assert np.all((out != 0.0) == (side * plain > 0.2 * math.cos(math.pi * share)))
+
+
 def test_bursts_leave_the_sine_as_it_is_or_nothing():
     bursts = {"burst_period_s": 4.0, "burst_share": 0.25, "burst_start_s": -1.0}
     sine = {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}

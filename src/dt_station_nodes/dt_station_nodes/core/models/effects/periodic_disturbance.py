@@ -1,10 +1,14 @@
-"""Periodic disturbance: something outside the model shakes the output at one frequency or two, always or in bursts."""
+"""Periodic disturbance: something outside the model shakes the output at one frequency or two, always or in bursts.
+
+What pushes one way only, as a pump's pistons do, is a half sine in each period.
+"""
 
 import math
 
 from ..compiled import SUBSTEP, TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
+_NARROWEST = 0.02  # of a period: a shorter push is none
 _EDGE = 0.02  # of a period of bursts: what it takes to come on, and to go off
 
 
@@ -15,6 +19,10 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     twice = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
     wave = sine + p[3] * twice[0] + p[4] * twice[1]
     wave += p[5] * (twice[0] * cosine + twice[1] * sine) + p[6] * (twice[1] * cosine - twice[0] * sine)
+    if abs(p[16]) >= _NARROWEST:
+        crest = 0.25 if p[16] > 0.0 else 0.75
+        since = (angle / (2.0 * math.pi) - crest + 0.5 * abs(p[16])) % 1.0
+        wave = math.copysign(math.sin(math.pi * since / abs(p[16])), p[16]) if since < abs(p[16]) else 0.0
     if p[7] > 0.0:
         into = ((c[TIME] + c[SUBSTEP] - p[9]) / p[7]) % 1.0
         middle = abs(into - 0.5 * p[8])
@@ -66,9 +74,20 @@ EFFECT = Effect(
         Parameter("swell", Quantity.RATIO, "share by which the oscillation swells and sinks", 0.0, 1.5, (), 0.0, True),
         Parameter("swell_hz", Quantity.FREQUENCY, "how often it does", 0.02, 24.0, (), 0.0, True),
         Parameter("swell_rad", Quantity.ANGLE, "its phase at the start of the run", -7.0, 7.0, (), 0.0, True),
+        Parameter(
+            "push_share",
+            Quantity.RATIO,
+            "share of each period in which it pushes, one way only (its sign); 0 where it swings both ways",
+            -0.7,
+            0.7,
+            (0.25, 0.5, -0.25, -0.5),
+            optional=True,
+            apart=True,
+        ),
     ),
     step=_step,
     check="Look for pump ripple, mains hum or a neighbouring machine at this frequency; log with the valve unpowered.",
     source="additive sinusoid",
     also=on_both(Attachment.INPUT),
+    apart_at=Attachment.INPUT,
 )
