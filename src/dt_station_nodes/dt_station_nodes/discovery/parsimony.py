@@ -1,6 +1,6 @@
 """Each explanation in its simplest form: refinements that the data do not hold go back to a plain value."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from .candidates import hypothesis
 from .choice import Measure
 from .hypothesis_fit import fit_hypothesis
 from .selection import Bench, Explanation
+from .strangers import SAME
 
 # The best few are looked at whatever they are worth: a form bent to one run may fail on the other.
 _BEST = 3
@@ -17,7 +18,7 @@ _BEST = 3
 _BEHIND = 80.0
 _MOST = 8
 # A refinement that changes nothing goes,
-_SAME = 0.01
+_NOTHING = 0.01
 # and one that a bound holds there: free, it may let the numbers beside it move on the validation run by as little.
 _HELD = 1.0
 # Fits about one that ended begin at these times its effects' numbers.
@@ -31,6 +32,26 @@ def _set(path: PathSpec, effect: int, name: str, value: float) -> PathSpec:
     spec = specs[effect]
     specs[effect] = spec.model_copy(update={"parameters": {**spec.parameters, name: value}})
     return path.model_copy(update={"effects": tuple(specs)})
+
+
+def at_usual(bench: Bench, name: str, forms: Mapping[str, Explanation]) -> list[Explanation]:
+    """Forms of an effect, each with one parameter free that refines it, with that at its usual value; not judged.
+
+    A choice of form costs nothing: among forms that the run does not tell apart it is the likelier one.
+    """
+    best = min((form.fit.fitted.cost for form in forms.values()), default=0.0)
+    found = []
+    for parameter, form in forms.items():
+        usual = registry()[name].parameter(parameter).usual
+        if not usual or bench.worth(form) * np.log(form.fit.fitted.cost / best) > SAME:
+            continue
+        effect = next(index for index, spec in enumerate(form.fit.path.effects) if spec.name == name)
+        here = form.fit.path.effects[effect].parameters[parameter]
+        path = _set(form.fit.path, effect, parameter, min(usual, key=lambda value: abs(value - here)))
+        freed = {**form.freed, name: tuple(p for p in form.freed[name] if p != parameter)}
+        fit = fit_hypothesis(bench.problem, hypothesis(bench.problem, path, bench.nominal, freed), iterations=4)
+        found.append(bench.explained(fit, form.added, freed, glance=True))
+    return found
 
 
 def _doubtful(explanation: Explanation, measure: Measure) -> list[tuple[int, str, float]]:
@@ -86,7 +107,7 @@ def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explan
     """
     doubtful = _doubtful(explanation, measure)
     plainer = [*_plain(explanation, doubtful), *([one] for one in doubtful)]
-    for less, worth in [*((one, _SAME) for one in plainer), *((one, _HELD) for one in _held(explanation))]:
+    for less, worth in [*((one, _NOTHING) for one in plainer), *((one, _HELD) for one in _held(explanation))]:
         path = explanation.fit.path
         for effect, name, value in less:
             path = _set(path, effect, name, value)

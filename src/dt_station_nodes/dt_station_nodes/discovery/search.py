@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..core.models import PathSpec
 from .candidates import Candidate, Freed, all_starts, hypothesis, library, pair_starts, plain_starts
 from .hypothesis_fit import Group, fit_groups, fit_hypothesis
+from .parsimony import at_usual
 from .refinements import GRIP, refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
@@ -108,7 +109,8 @@ def _refined(bench: Bench, task: _Task) -> _Task:
         ones.append(grip)
     paths = [*(e.fit.path for e in ones), *refined_starts(path, forms)]
     whole = _form(bench, task, forms.names, paths, bench.iterations, 3)
-    return replace(task, finer=(*map(bench.judged, ones), bench.judged(whole)))
+    ones += at_usual(bench, task.candidate.name, {name: e for (name, *_), e in steps.items()})
+    return replace(task, finer=tuple(bench.judged(e) for e in (*ones, whole)))
 
 
 def _form(

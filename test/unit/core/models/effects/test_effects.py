@@ -117,6 +117,16 @@ def test_friction_holds_below_its_level_and_subtracts_above():
     assert np.diff(slide)[-1] / TS == pytest.approx(0.01 * 206.4 / 23.34 * 1.0, rel=1e-6)
 
 
+@pytest.mark.parametrize("level_v", [0.4, -0.4])
+def test_friction_grows_with_the_pressure_that_presses_the_seals_on(level_v):
+    load = np.full(TIME.size, 2.0)
+    seal = {"coulomb_v": 0.1, "per_load": 0.5}
+    free = answer("", {}, INTEGRATOR, np.full(TIME.size, math.copysign(abs(level_v) - 0.2, level_v)), load=load)
+    held = answer("friction", seal, INTEGRATOR, np.full(TIME.size, level_v), load=load)
+    assert np.allclose(held, free, rtol=1e-9)
+    assert np.ptp(answer("friction", seal, INTEGRATOR, np.full(TIME.size, 0.19), load=load)) < 1e-12
+
+
 def test_friction_that_slips_creeps_below_its_level_by_its_own_curve():
     speed_per_volt, level, slip = 0.01 * 206.4 / 23.34, 0.5, 0.004
     for volts in (-0.3, 0.4, 1.5):
@@ -512,6 +522,18 @@ def test_a_relief_valve_takes_time_to_open():
     assert at_once.max() + 0.02 < slow.max() < SWEEP.max()
     # What it has let off when it shuts again is still less for a while: it closes as slowly.
     assert (slow < SWEEP[:-1] - 1e-3)[SWEEP[:-1] < 1.45].any()
+
+
+def test_a_relief_valve_that_is_shut_leaves_its_output_to_recover_in_its_own_time():
+    at_once, lets_go = relieved(), relieved(closing_s=0.2)
+    shut = SWEEP[:-1] < 1.5
+    assert np.array_equal(lets_go[~shut], at_once[~shut])
+    # A sub-step of the sample in which it shuts tells no more: what is missing then decays by this time constant.
+    missing = (SWEEP[:-1] - lets_go)[shut]
+    after = missing[:-1] > 1e-3
+    assert after.any()
+    assert np.allclose((missing[1:][after] / missing[:-1][after])[2:6], math.exp(-TS / 0.2), rtol=1e-6)
+    assert np.array_equal(relieved(opening_s=0.1), relieved(opening_s=0.1, closing_s=0.1))
 
 
 def test_a_piston_goes_no_further_than_its_two_ends():

@@ -5,7 +5,7 @@ import math
 from numba import njit
 
 from ...channels import Channel
-from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, OWN_LOAD, SUBSTEP, VELOCITY_GAIN, Doubles, effect_step
+from ..compiled import FREE_VELOCITY, LOAD, LOAD_VELOCITY, OWN_LOAD, SUBSTEP, VELOCITY_GAIN, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 _PISTON, _SPOOL = (Channel.POSITION,), (Channel.PRESSURE,)
@@ -49,11 +49,14 @@ def _spool(p: Doubles, s: Doubles, value: float, h: float) -> float:
 
 
 @njit(cache=True)
-def _held(p: Doubles, s: Doubles, velocity: float, gain: float, h: float) -> float:
-    """Voltage (V) that a contact takes from a piston which would otherwise have this velocity after the sub-step."""
+def _held(p: Doubles, s: Doubles, velocity: float, pressed: float, gain: float, h: float) -> float:
+    """Voltage (V) that a contact takes from a piston which would otherwise have this velocity after the sub-step.
+
+    `pressed`: how many times as hard the load pressure presses its seals on as none.
+    """
     coulomb, static_excess, stribeck_velocity, asymmetry = p[0], p[1], p[2], p[3]
     presliding, slip = p[5], p[6]
-    level = coulomb
+    level = coulomb * pressed
     if static_excess != 0.0 and stribeck_velocity > 0.0:
         # Of the velocity that it has: one that stands is held by all of it, whatever would move it.
         ratio = s[2] / stribeck_velocity
@@ -84,7 +87,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if gain == 0.0:
         return value
     velocity = c[FREE_VELOCITY] - (1.0 - p[4]) * c[LOAD_VELOCITY]
-    held = _held(p, s, velocity, gain, c[SUBSTEP])
+    held = _held(p, s, velocity, 1.0 + p[10] * max(c[LOAD], 0.0), gain, c[SUBSTEP])
     s[2] = velocity - gain * held
     return value - held
 
@@ -198,6 +201,16 @@ EFFECT = Effect(
             apart=True,
             usual=(1.0,),
             channels=_SPOOL,
+        ),
+        Parameter(
+            "per_load",
+            Quantity.PER_LOAD,
+            "share by which the load pressure raises Coulomb friction, as it presses the seals on",
+            0.0,
+            5.0,
+            (0.3,),
+            optional=True,
+            channels=_PISTON,
         ),
     ),
     step=_step,
