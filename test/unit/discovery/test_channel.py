@@ -1,16 +1,21 @@
 """What one channel answers where a limit is only come near, where much is left, and where a refit is enough."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy import signal
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec, PathSimulator
+from dt_station_nodes.core.models import ModelSpec, PathSimulator, PlantModel
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoveryResult, Verdict, discover
 
+PAPER = ModelSpec.from_yaml(
+    (Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text(encoding="utf-8")
+)
 STEP_S = 0.02
-TIME_S = STEP_S * np.arange(1200)
+TIME_S = STEP_S * np.arange(1300)
 AXIS = ModelSpec.model_validate(
     {
         "name": "axis",
@@ -36,6 +41,28 @@ def test_a_limit_that_the_run_only_comes_near_shows_by_its_bend(knee: float) -> 
     result = found_in(limited, voltage)
     assert [effect.name for effect in result.effects] == ["saturation"]
     assert result.effects[0].parameters["knee"].value == pytest.approx(knee, rel=0.3)
+
+
+def bent_off(wave: np.ndarray, top_v: float, seed: int) -> Run:
+    """A run of a pressure valve that bends to its limit over a parabola, which no form of a limit does."""
+    voltage, servo = 0.5 * top_v * (1.0 + wave), 0.8 * np.sin(2.0 * np.pi * 0.3 * TIME_S)
+    passed = np.where(voltage < 2.3, voltage, np.minimum(voltage, 3.3) - (np.minimum(voltage, 3.3) - 2.3) ** 2 / 2.0)
+    out = PlantModel(PAPER, STEP_S).simulate(passed, servo)
+    rng = np.random.default_rng(seed)
+    pressure, position = (
+        values + 0.01 * np.std(values) * rng.standard_normal(TIME_S.size)
+        for values in (out.pressure_pa, out.position_m)
+    )
+    signals = {"load_voltage_v": voltage, "servo_voltage_v": servo, "pressure_pa": pressure, "position_m": position}
+    return Run(STEP_S, signals)
+
+
+def test_between_forms_that_both_miss_the_same_bend_no_lead_decides() -> None:
+    turns = 2.0 * np.pi * 0.4 * TIME_S
+    check = bent_off(signal.sawtooth(turns, 0.5), 4.0, 2)
+    (limit,) = discover(bent_off(np.sin(turns), 3.05, 1), PAPER, validation=check, jobs=2).effects
+    assert {limit.name, *limit.alternatives} == {"saturation", "overflow"}
+    assert limit.confidence < 0.6
 
 
 def test_a_linear_path_that_fits_to_a_hundredth_lacks_nothing_with_a_name() -> None:

@@ -4,6 +4,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -11,11 +12,12 @@ sys.path.insert(0, str(Path(__file__).parent))
 from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.models import ModelSpec, PlantModel
+from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
-from dt_station_nodes.discovery.parsimony import simplified
+from dt_station_nodes.discovery.parsimony import at_usual, simplified
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation
 from dt_station_nodes.discovery.settings import DiscoverySettings
@@ -70,3 +72,35 @@ def test_refinements_that_undo_each_other_go_together() -> None:
     full = bench.explained(fit_hypothesis(problem, begin, iterations=15), ("leakage",), freed)
     (simple,) = simplified(bench, [full], take_measure(bench, [full]))
     assert simple.freed["leakage"] == ("coefficient",)
+
+
+def leaking_above_rest() -> Bench:
+    """A bench for a run whose piston loses what the pressure is above its rest."""
+    plain = make(Case(shape="sine", seed=3, seconds=24.0, closed=False, noise_db=300.0))
+    leak = PAPER.with_effect(Channel.POSITION, "leakage", {"coefficient": 3e-10, "base": 1.0})
+    out = PlantModel(leak, plain.sample_time_s).simulate(*(plain.signals[c.voltage_signal] for c in Channel))
+    rng = np.random.default_rng(4)
+    noisy = {"pressure_pa": out.pressure_pa, "position_m": out.position_m}
+    noisy = {name: v + 0.01 * np.std(v) * rng.standard_normal(v.size) for name, v in noisy.items()}
+    run = Run(plain.sample_time_s, {**plain.signals, **noisy})
+    problem = make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+    return Bench(problem, nominal_terms(PAPER.paths[Channel.POSITION], problem.signal))
+
+
+@pytest.mark.parametrize(("iterations", "usual"), [(15, True), (0, False)])
+def test_a_choice_of_form_costs_nothing_among_those_that_fit_alike(iterations: int, usual: bool) -> None:
+    bench = leaking_above_rest()
+
+    def form(refinement: str, value: float, most: int) -> Explanation:
+        path = add_effect(
+            PAPER.paths[Channel.POSITION], Candidate("leakage"), {"coefficient": 3e-10, refinement: value}
+        )
+        freed = {"leakage": ("coefficient", refinement)}
+        fit = fit_hypothesis(bench.problem, hypothesis(bench.problem, path, bench.nominal, freed), iterations=most)
+        return bench.explained(fit, ("leakage",), freed)
+
+    forms = {"base": form("base", 0.8, iterations), "widening": form("widening", 3e-8, 15)}
+    held = at_usual(bench, "leakage", forms)
+    assert [e.fit.path.effects[-1].parameters["base"] for e in held] == ([1.0] if usual else [])
+    assert [e.freed["leakage"] for e in held] == ([("coefficient",)] if usual else [])
+    assert all(e.fit.fitted.cost < 1.01 * forms["base"].fit.fitted.cost for e in held)

@@ -128,6 +128,14 @@ def test_a_pressure_valve_works_about_a_voltage_and_a_cylinders_does_not(run: Ru
     assert not sensible(as_it_is(problem, "dead_zone", {**band, "working": 1.0}), problem)
 
 
+def test_a_band_that_no_voltage_comes_out_of_again_is_a_limit(run: Run) -> None:
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    highest_v = float(np.max(run.signals[Channel.PRESSURE.voltage_signal]))
+    for half_width_v, sense in ((0.2, True), (0.6, False)):
+        band = {"half_width_v": half_width_v, "centre_v": highest_v - 0.5, "working": 1.0}
+        assert sensible(as_it_is(pressure, "dead_zone", band), pressure) is sense
+
+
 def test_what_bends_over_most_of_the_voltage_is_neither_a_kink_nor_a_band(run: Run) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     middle = float(np.median(run.signals[Channel.PRESSURE.voltage_signal]))

@@ -1,5 +1,6 @@
 """Stages 3, 5 and 6 for one channel: null first, candidates, decision."""
 
+import math
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -35,7 +36,8 @@ ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign dat
 BENT_SHARE = 0.015  # the same for several effects that need nominal parameters far off as well
 REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
-ALIKE = 1.25  # times what the best leaves beyond noise is as good where that is much
+ALIKE = 1.25  # times what the best leaves beyond noise is as good where that is much,
+LEAD = 0.2  # or where one leads by less than this of what the best misses, both twice a log-likelihood ratio
 NEEDED = 4.0  # times as much is left by all that does without the set: it is there, if not alone
 VAGUE = 3  # names that could stand in the place of one of several
 DOUBT = 300.0  # a set not believed by itself but so far ahead
@@ -185,7 +187,9 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         few = len(best.added) == 1 or not further
         share = ROUGH_SHARE if measure.rough else (LEFT_SHARE if few else BENT_SHARE)
         others = [(behind, e) for behind, e in scored if not set(best.added) <= set(e.added)]
-        if few and not measure.rough and min(measure.left(e) for e in known) > NOBODY_LEAVES * left:
+        # A larger set that was not believed mends the form of its part.
+        apart = (e for e in known if not set(best.added) < set(e.added))
+        if few and not measure.rough and min(measure.left(e) for e in apart) > NOBODY_LEAVES * left:
             share = REAL_SHARE
         if few and min((measure.left(e) for _, e in others), default=0.0) > NEEDED * left:
             share = max(share, REAL_SHARE)
@@ -199,7 +203,9 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         verdict = _silent(bench, given, null, measure)
     # Between forms that both miss as much as they miss of the truth, a likelihood decides nothing.
     much = left > LEFT_NOISE * measure.noise
-    alike = [p for p in peers if much and measure.left(p[1]) < ALIKE * left and sensible(p[1], bench.problem)]
+    misfit = measure.samples * math.log1p(left / measure.noise)
+    close = [p for p in peers if (much or p[0] < LEAD * misfit) and measure.left(p[1]) < ALIKE * left]
+    alike = [p for p in close if sensible(p[1], bench.problem)]
     instead = alternatives(best, [p for p in peers if p[0] <= SAME or p in alike])
     vague = any(len(names) >= VAGUE for names in instead) or (much and _mimicked(best, known, measure))
     if len(best.added) > 1 and (vague or (verdict is Verdict.UNEXPLAINED and (further or rival))):

@@ -8,7 +8,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.channels import Channel
 from ..core.models import PathSpec
+from ..core.models.effects import Quantity
 from .candidates import Candidate, add_effect, drawn, grid
 from .problem import Problem
 from .timing import seen_timing
@@ -65,6 +67,9 @@ def refinements(
     own = list(candidate.refining(problem.channel))
     if problem.windows.anchored:
         own = [name for name in own if (candidate.name, name) not in _NO_PISTONS]
+    if problem.channel is Channel.POSITION and (problem.standing_load or not len(problem.simulator.load_pa)):
+        # What grows with a load that does not move is one with its size.
+        own = [name for name in own if candidate.effect.parameter(name).quantity is not Quantity.PER_LOAD]
     return Refinements(candidate, {name: grid(problem, path, candidate, name, residual) for name in own}, timing)
 
 

@@ -29,7 +29,9 @@ def overall(verdicts: Sequence[Verdict]) -> Verdict:
 
 def confidence(finding: Finding, alternatives: Sequence[str]) -> float:
     """0..1 from the margin over the runner-up, the gain over the null and what is left unexplained."""
-    margin = 1.0 - float(np.exp(-max(finding.margin, 0.0) / 8.0))
+    # A name that others may stand for is no surer than where they are not told apart, whatever its lead.
+    lead = min(finding.margin, SAME) if alternatives else finding.margin
+    margin = 1.0 - float(np.exp(-max(lead, 0.0) / 8.0))
     gain = 1.0 - float(np.exp(-max(finding.gain, 0.0) / 20.0))
     left = float(np.exp(-4.0 * max(finding.excess, 0.0)))
     shared = 1.0 / (1 + len(alternatives))
