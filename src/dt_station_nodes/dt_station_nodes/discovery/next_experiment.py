@@ -1,6 +1,7 @@
 """Stage 8: the waveform that separates two explanations best, found by simulating both."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,9 @@ Array = NDArray[np.float64]
 _SHAPES = (Shape.SQUARE, Shape.SINE, Shape.TRIANGLE)
 _FREQUENCIES_HZ = (0.1, 0.4, 1.5)
 _LEVELS = (0.25, 1.0)
+_NO_EFFECT = "other parameters"
 _SECONDS = 24.0
+_LEAST = 0.15  # times the noise, RMS: over a run's samples several times what names are told apart by
 
 
 def _proposals(problem: Problem) -> list[Waveform]:
@@ -45,19 +48,29 @@ def _drive(waveform: Waveform, samples: int, sample_time_s: float) -> Array:
     return values
 
 
-def _apart(problem: Problem, one: Explanation, other: Explanation, voltage: Array) -> float:
-    """RMS by which the other explanation, refitted to what the first would give, still differs (over sigma)."""
+def _missed(problem: Problem, truth: Explanation, refitted: Explanation, voltage: Array) -> float:
+    """RMS by which an explanation, refitted to what another one would give, still differs (over sigma)."""
     simulator = problem.simulator
     load = np.resize(simulator.load_pa, len(voltage)) if len(simulator.load_pa) else simulator.load_pa
     made = PathSimulator(simulator.channel, simulator.sample_time_s, voltage, load, simulator.rest_pa, simulator.first)
-    target = made.simulate(one.fit.path)
+    target = made.simulate(truth.fit.path)
     windows = make_windows(len(voltage), simulator.sample_time_s, 3.0, problem.windows.anchored)
     imagined = replace(
         problem, simulator=made, measured=target, windows=windows, weights=np.ones(len(voltage)), noise=problem.noise
     )
-    start = replace(other.fit.hypothesis, path=other.fit.path)
-    fit = fit_hypothesis(imagined, start, [other.fit.fitted.x], iterations=3)
+    start = replace(refitted.fit.hypothesis, path=refitted.fit.path)
+    fit = fit_hypothesis(imagined, start, [refitted.fit.fitted.x], iterations=3)
     return float((fit.rss / len(voltage)) ** 0.5)
+
+
+def _apart(problem: Problem, one: Explanation, other: Explanation, voltage: Array) -> float:
+    """How far two explanations differ even after refitting (RMS over sigma).
+
+    Of two of which one holds the other, the smaller is refitted: the larger can always be it.
+    """
+    if set(one.added) < set(other.added):
+        return _missed(problem, other, one, voltage)
+    return _missed(problem, one, other, voltage)
 
 
 def propose(finding: Finding, rivals: list[Explanation]) -> NextExperiment | None:
@@ -67,19 +80,21 @@ def propose(finding: Finding, rivals: list[Explanation]) -> NextExperiment | Non
     problem = finding.problem
     step = problem.simulator.sample_time_s
     samples = min(round(_SECONDS / step), 4000)
+    pairs = list(combinations([finding.best, *rivals], 2))
     scored = []
     for waveform in _proposals(problem):
         voltage = _drive(waveform, samples, step)
-        worst = min(_apart(problem, finding.best, rival, voltage) for rival in rivals)
-        scored.append((worst, waveform))
-    best, waveform = max(scored, key=lambda pair: pair[0])
-    if best < 1.0:
+        told = [d for d in (_apart(problem, one, other, voltage) for one, other in pairs) if d >= _LEAST]
+        scored.append(((len(told), min(told, default=0.0)), waveform))
+    # As many pairs as can be: two names that nothing tells apart are no reason to leave the others open.
+    (_, best), waveform = max(scored, key=lambda pair: pair[0])
+    if best < _LEAST:
         return None
-    names = tuple(dict.fromkeys(("+".join(finding.best.added), *("+".join(r.added) for r in rivals))))
+    names = tuple(dict.fromkeys("+".join(e.added) or _NO_EFFECT for e in (finding.best, *rivals)))
     channel: Channel = problem.channel
     why = (
-        f"{' and '.join(names)} explain this run equally well; under this voltage they differ by "
-        f"{best:.1f} times the noise even after refitting"
+        f"{' and '.join(names)} explain this run equally well; under this voltage those it tells apart differ "
+        f"by at least {best:.1f} times the noise, even after refitting"
     )
     return NextExperiment(
         why,
@@ -91,5 +106,4 @@ def propose(finding: Finding, rivals: list[Explanation]) -> NextExperiment | Non
         waveform.duty,
         samples * step,
         "voltage",
-        names,
     )

@@ -129,7 +129,6 @@ class NextExperiment:
     duty: float
     duration_s: float
     drive: str
-    separates: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """As in `discovery.json`."""
