@@ -89,6 +89,9 @@ def test_names_that_no_experiment_tells_apart_ask_for_none(answer):
     assert settled(alike, confirmed=True)
     assert not settled(alike, confirmed=False)
     assert not settled(replace(alike, next_experiment=PROPOSAL), confirmed=True)
+    refitted = replace(alike, verdict=Verdict.PARAMETERS_ONLY)
+    assert settled(refitted, confirmed=False)
+    assert not settled(replace(refitted, next_experiment=PROPOSAL), confirmed=False)
     assert not settled(replace(named(answer, 0.5), next_experiment=None), confirmed=True)
 
 

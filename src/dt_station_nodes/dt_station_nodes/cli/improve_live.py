@@ -53,13 +53,16 @@ class Station(Protocol):
 def settled(result: DiscoveryResult, confirmed: bool) -> bool:
     """Whether no further experiment is needed: a name has to stand on another waveform too.
 
-    Names that no proposed experiment would tell apart stay as they are.
+    Names that no proposed experiment would tell apart stay as they are, and so do parameters that no effect could
+    stand for.
     """
     if result.verdict is Verdict.NAMED:
         open_ones = [e for e in result.effects if e.alternatives or e.confidence < _SURE]
         alike = result.next_experiment is None and all(e.alternatives for e in open_ones)
         return confirmed and (alike or not open_ones)
-    return result.verdict is not Verdict.UNEXPLAINED
+    if result.verdict is Verdict.PARAMETERS_ONLY:
+        return result.next_experiment is None
+    return result.verdict is Verdict.NOTHING_MISSING
 
 
 def play_next(station: Station, result: DiscoveryResult, number: int) -> str:

@@ -203,7 +203,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         verdict = _silent(bench, given, null, measure)
     # Between forms that both miss as much as they miss of the truth, a likelihood decides nothing.
     much = left > LEFT_NOISE * measure.noise
-    misfit = measure.samples * math.log1p(left / measure.noise)
+    misfit = measure.samples * math.log1p(left / max(measure.noise, 1e-300))
     close = [p for p in peers if (much or p[0] < LEAD * misfit) and measure.left(p[1]) < ALIKE * left]
     alike = [p for p in close if sensible(p[1], bench.problem)]
     instead = alternatives(best, [p for p in peers if p[0] <= SAME or p in alike])

@@ -138,6 +138,7 @@ def _result(
     nominal = {}
     units = {finding.problem.channel: run.unit(finding.problem.channel.signal) for finding in findings}
     proposal: NextExperiment | None = None
+    verdict = overall([finding.verdict for finding in findings])
     for finding in findings:
         worth = effective_samples(finding.best.fit.residual)
         channel = finding.problem.channel
@@ -173,11 +174,10 @@ def _result(
                     "refitting the nominal parameters alone brings the gap to the noise floor",
                 )
             )
-            if proposal is None and finding.alternatives[0]:
+            if proposal is None and finding.alternatives[0] and verdict is Verdict.PARAMETERS_ONLY:
                 proposal = propose(finding, _instead(finding))
         elif finding.verdict is Verdict.UNEXPLAINED and proposal is None and finding.best.added and not finding.rival:
             proposal = propose(finding, _runners_up(finding))
-    verdict = overall([finding.verdict for finding in findings])
     if verdict is not Verdict.NAMED:
         effects = [e for e in effects if e.name == "parameter_mismatch"] if verdict is Verdict.PARAMETERS_ONLY else []
     else:

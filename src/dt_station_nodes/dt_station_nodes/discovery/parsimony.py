@@ -39,11 +39,11 @@ def at_usual(bench: Bench, name: str, forms: Mapping[str, Explanation]) -> list[
 
     A choice of form costs nothing: among forms that the run does not tell apart it is the likelier one.
     """
-    best = min((form.fit.fitted.cost for form in forms.values()), default=0.0)
+    costs = {parameter: max(form.fit.fitted.cost, 1e-300) for parameter, form in forms.items()}
     found = []
     for parameter, form in forms.items():
         usual = registry()[name].parameter(parameter).usual
-        if not usual or bench.worth(form) * np.log(form.fit.fitted.cost / best) > SAME:
+        if not usual or bench.worth(form) * np.log(costs[parameter] / min(costs.values())) > SAME:
             continue
         effect = next(index for index, spec in enumerate(form.fit.path.effects) if spec.name == name)
         here = form.fit.path.effects[effect].parameters[parameter]
