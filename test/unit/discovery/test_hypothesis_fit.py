@@ -34,7 +34,7 @@ def test_a_fit_as_good_as_noise_is_not_begun_anew() -> None:
     problem, hypothesis = nominal(())
     home = hypothesis.start()
     # Were it begun, a start of the wrong length would not get through.
-    found = fit_groups(problem, hypothesis, [Group([home], 1)], [Group([np.zeros(1)], 1)], 6)
+    found, *_ = fit_groups(problem, hypothesis, [Group([home], 1)], [Group([np.zeros(1)], 1)], 6)
     assert found.full
     assert np.allclose(found.fitted.x, home, atol=0.02)
 
@@ -43,8 +43,8 @@ def test_what_leaves_more_than_noise_is_begun_anew_and_the_best_is_kept() -> Non
     problem, hypothesis = nominal((("dead_zone", "position", 1.0),))
     home = hypothesis.start()
     far = home + 1.0
-    found = fit_groups(problem, hypothesis, [Group([], 1), Group([far], 1)], [Group([home], 1)], 6)
-    alone = fit_groups(problem, hypothesis, [Group([home], 1)], [], 6)
+    found, *_ = fit_groups(problem, hypothesis, [Group([], 1), Group([far], 1)], [Group([home], 1)], 6)
+    alone, *_ = fit_groups(problem, hypothesis, [Group([home], 1)], [], 6)
     assert not found.full
     assert found.fitted.cost <= alone.fitted.cost * (1.0 + 1e-3)
 

@@ -17,7 +17,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
-from dt_station_nodes.discovery.parsimony import at_usual, simplified
+from dt_station_nodes.discovery.parsimony import as_near, at_usual, simplified
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation
 from dt_station_nodes.discovery.settings import DiscoverySettings
@@ -104,3 +104,20 @@ def test_a_choice_of_form_costs_nothing_among_those_that_fit_alike(iterations: i
     assert [e.fit.path.effects[-1].parameters["base"] for e in held] == ([1.0] if usual else [])
     assert [e.freed["leakage"] for e in held] == ([("coefficient",)] if usual else [])
     assert all(e.fit.fitted.cost < 1.01 * forms["base"].fit.fitted.cost for e in held)
+
+
+def test_ends_that_the_run_does_not_tell_apart_are_left_to_the_validation_run() -> None:
+    alone = leaking_above_rest()
+    freed = {"leakage": ("coefficient",)}
+
+    def end(coefficient: float) -> Explanation:
+        numbers = {"coefficient": coefficient, "base": 1.0}
+        path = add_effect(PAPER.paths[Channel.POSITION], Candidate("leakage"), numbers)
+        fit = fit_hypothesis(alone.problem, hypothesis(alone.problem, path, alone.nominal, freed), iterations=0)
+        return alone.explained(fit, ("leakage",), freed)
+
+    best, near, far = end(3.0e-10), end(3.001e-10), end(2e-10)
+    others = [near.fit, far.fit]
+    assert as_near(alone, best, others) == ()
+    checked = replace(alone, check=alone.problem)
+    assert [e.fit for e in as_near(checked, best, others)] == [near.fit]

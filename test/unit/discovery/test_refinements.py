@@ -59,3 +59,28 @@ def test_a_piston_that_hunts_is_friction_with_its_numbers() -> None:
     found = result.effects[0].parameters
     for name, value in true.items():
         assert abs(found[name].value - value) < 0.1 * value
+
+
+def test_a_soft_bend_and_what_passes_it_are_tried_together() -> None:
+    path, candidate = PAPER.paths[Channel.PRESSURE], Candidate("overflow")
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.PRESSURE, DiscoverySettings())
+    plain = add_effect(path, candidate, {"limit": 3e6})
+    forms = refinements(problem, plain, candidate, problem.residual(plain))
+    pair = ("rounding", "override")
+    assert pair in forms.steps
+    starts = [start.effect("overflow").parameters for start in step_starts(plain, forms, pair)]
+    assert any(p["rounding"] > 0.0 and p["override"] > 0.0 for p in starts)
+    assert any(p["rounding"] == 0.0 and p["override"] == 0.0 for p in starts)
+
+
+def test_what_a_load_presses_on_is_tried_where_a_load_moves_only() -> None:
+    candidate, path = Candidate("friction"), PAPER.paths[Channel.POSITION]
+    run = make(Case(seconds=12.0))
+    still = Run(run.sample_time_s, {**run.signals, "pressure_pa": np.full(len(run), 2e6)})
+    names = {}
+    for key, one in (("moving", run), ("still", still)):
+        problem = make_problem(one, PAPER, Channel.POSITION, DiscoverySettings())
+        plain = add_effect(path, candidate, {"coulomb_v": 0.4})
+        names[key] = refinements(problem, plain, candidate, problem.residual(plain)).names
+    assert "per_load" in names["moving"]
+    assert "per_load" not in names["still"]

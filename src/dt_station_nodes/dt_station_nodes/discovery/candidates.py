@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
+from .place_starts import spring_starts, stop_starts, store_starts
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
 from .stick_slip import breakaways_v
@@ -34,26 +35,26 @@ _ONE_FORM = (
 _NOT_PLAIN = ("friction", Channel.PRESSURE)
 _MOST_PAIRS = 150
 _STOPS = ("limit", "lower_limit", "standing")
-_INWARDS = (0.02, 0.1, 0.25)  # of the run's way
-_HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only just meets
+_STORES = ("curvature", "reference", "inlet_curvature")
 _FINE_STARTS = 16
 _SLIPS = (0.12, 0.15, 0.18, 0.22, 0.26, *(0.3 + 0.035 * k for k in range(20)))
+_JUMPS = 0.1  # of the voltage's highest, its median, where it jumps
 _ONE_LINE = 1.5  # turns in a run, by which two peaks of a spectrum are one
-# A run that moves less than this of its way from a spring's place sees a small part of its curve.
-_FAR = 0.5
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
     """An effect at a place (None: its usual one), in its plain form or in one `apart` from it.
 
-    `first`: before the effects that the given model has, not behind them.
+    `first`: before the effects that the given model has, not behind them; `also`: optional parameters that its plain
+    form has too.
     """
 
     name: str
     at: Attachment | None = None
     apart: bool = False
     first: bool = False
+    also: tuple[str, ...] = ()
 
     @property
     def effect(self) -> Effect:
@@ -77,7 +78,8 @@ class Candidate:
         return tuple(name for name, p in known.items() if p.starts and channel in p.channels)
 
     def _needs(self, parameter: Parameter) -> bool:
-        return not parameter.optional or (parameter.apart if self.apart else parameter.tried_first)
+        plain = parameter.tried_first or parameter.name in self.also
+        return not parameter.optional or (parameter.apart if self.apart else plain)
 
 
 def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
@@ -86,7 +88,8 @@ def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
     for name, effect in registry().items():
         if channel in effect.channels and (name, channel) != _NO_PLAY:
             places = () if (name, channel) == _NOT_PLAIN else (None, *effect.places(channel)[1:])
-            found += [Candidate(name, at) for at in places]
+            also = tuple(p.name for p in effect.parameters if apart and channel in p.first_on)
+            found += [Candidate(name, at, also=also) for at in places]
             formed = apart and (name, channel) not in _ONE_FORM and any(_by_itself(p) for p in effect.parameters)
             found += [Candidate(name, effect.apart_at, apart=True)] * formed
     return tuple(found)
@@ -115,7 +118,7 @@ def grid(
         return peaks if candidate.name == "periodic_disturbance" else [*parameter.starts, *peaks[:2]]
     unit = unit_of(problem, parameter, candidate.at or candidate.effect.attachment)
     if candidate.name == "cubic_stiffness" and parameter.name in ("centre", "coefficient"):
-        return _spring_starts(problem, path, parameter, unit)
+        return spring_starts(problem, path, parameter, unit)
     if candidate.apart and name == "centre_v":
         bent = candidate.name == "asymmetric_gain"
         return [0.0, *kinks_v(problem, path, residual)] if bent else flattest_v(problem, path, residual, 2)
@@ -123,10 +126,18 @@ def grid(
         return [1.0]
     if candidate.name == "overflow" and name in _STOPS:
         return stop_starts(problem, path, parameter)
+    if candidate.name == "square_root_outflow" and name in _STORES and not problem.windows.anchored:
+        return store_starts(problem, path, parameter)
     if fine and candidate.name == "friction" and parameter.grain_on(problem.channel) > 0.0:
         return list(_SLIPS) if name == "slip" else breakaways_v(problem, path, residual)
     if fine and parameter.grain_on(problem.channel) > 0.0 and not problem.rough:
         return list(unit * np.geomspace(min(parameter.starts), 1.5 * max(parameter.starts), _FINE_STARTS))
+    if candidate.name == "friction" and name == "coulomb_v":
+        mostly = float(np.median(np.abs(problem.simulator.voltage_v)))
+        # Where jumps set the voltage's scale, what holds on in between is small beside it.
+        return [
+            start * size for size in (unit, mostly)[: 2 if mostly < _JUMPS * unit else 1] for start in parameter.starts
+        ]
     return [start * unit for start in parameter.starts]
 
 
@@ -138,32 +149,6 @@ def _peaks(problem: Problem, residual: Array) -> list[float]:
         return peaks
     beside = spectral_peaks(replace(problem.windows, trend=True).project(residual), step_s, 1)
     return peaks + [hz for hz in beside if all(abs(hz - peak) * problem.length_s > _ONE_LINE for peak in peaks)]
-
-
-def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter) -> list[float]:
-    """Where a piston's stops begin: out of reach, or about the ends of the run's way, which it seldom goes beyond."""
-    unit = unit_of(problem, parameter, None)
-    if not problem.windows.anchored:
-        return [parameter.neutral] if parameter.name == "standing" else [start * unit for start in parameter.starts]
-    if parameter.name == "standing":
-        return list(parameter.starts)
-    low, high = (float(end(problem.measured)) - path.rest for end in (np.min, np.max))
-    inwards = np.array([_HISS * problem.noise, *((high - low) * share for share in _INWARDS)])
-    if parameter.name == "limit":
-        return [parameter.upper * unit, *(high - inwards)]
-    return [parameter.lower * unit, *(low + inwards)]
-
-
-def _spring_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
-    """Where a spring's place and its stiffness begin: most often where the run moves about, or else far from there."""
-    away = float(np.mean(problem.measured)) - path.rest
-    if parameter.name == "centre":
-        return [0.0, away]
-    scales = problem.scales
-    travel = (scales[Quantity.INPUT_PER_OUTPUT] / scales[Quantity.INPUT_PER_OUTPUT_CUBED]) ** 0.5
-    nearer = travel / max(abs(away), travel)
-    sizes = [*parameter.starts, *(size * nearer**3 for size in parameter.starts if nearer < _FAR)]
-    return [size * unit for size in sizes]
 
 
 def add_effect(path: PathSpec, candidate: Candidate, parameters: Mapping[str, float]) -> PathSpec:

@@ -8,17 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .choice import SEEN, Measure, alternatives, best_set, certain, take_measure
+from .choice import Measure, alternatives, best_set, certain, take_measure
+from .distinct import distinct
 from .growth import MISSES, MOST, Growth
-from .noise import effective_samples, whiteness
+from .noise import whiteness
 from .parsimony import simplified
 from .problem import Problem
 from .recurring import recurring
 from .result import Verdict
-from .search import StoppedError, distinct, scan, scan_whole
+from .search import StoppedError, scan, scan_whole
 from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .sense import sensible
 from .settings import DiscoverySettings
+from .silence import as_parameters, fits_roughly, silent_verdict
 from .strangers import SAME, other_dynamics, stranger
 from .terms import nominal_terms
 from .workers import ALONE, Workers
@@ -26,25 +28,25 @@ from .workers import ALONE, Workers
 Array = NDArray[np.float64]
 
 # Set on synthetic null, single, pair and out-of-library runs; see docs/confusion.md.
-ENOUGH_TO_REFIT = 12.0
 WORTH_NULL = 0.02  # of the noise power: a white gap smaller than this is not looked into
 NULL_WHITE = 1.8
 MOSTLY = 0.5  # of the gap, or of how far parameters are off: what leaves more of it is not what is missing
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
-ROUGH_FORM = 0.01  # of the signal: a linear path refitted as a whole that misses less has nothing to explain
 ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise
 BENT_SHARE = 0.015  # the same for several effects that need nominal parameters far off as well
 REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
 ALIKE = 1.25  # times what the best leaves beyond noise is as good where that is much,
+TOLD = 12.0  # twice a log-likelihood ratio: forms are never quite the rig's, so a smaller one tells no two apart
 LEAD = 0.2  # or where one leads by less than this of what the best misses, both twice a log-likelihood ratio
+FAINT = 0.03  # of the noise power, left by a name: its form is not quite the rig's,
+FAINT_ALIKE = 4.0  # and one that leaves so many times as much may be nearer to it in kind
 NEEDED = 4.0  # times as much is left by all that does without the set: it is there, if not alone
 VAGUE = 3  # names that could stand in the place of one of several
 DOUBT = 300.0  # a set not believed by itself but so far ahead
 DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
 LEFT_NOISE = 0.2  # and of the noise power
-NOT_WHITE = 4.0  # times the squared autocorrelation of white noise
 MOST_SINGLE = 18
 FINEST_SINGLE = 18
 MOST_WHOLE = 6
@@ -119,7 +121,7 @@ def examine(
             if min(measure.left(e) for e in known if e.inside) > MOSTLY * measure.left(null):
                 known = distinct(bench, [*known, *recurring(scan_whole(bench, begin, MOST_WHOLE), known, measure)])
             Growth(bench, null, known, settings.max_effects).run()
-        elif _silent(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:
+        elif silent_verdict(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:
             # What shifts a run's phase or size may be an effect as well as a parameter far off.
             known += scan(bench, [null], MOST, 0)
         known = simplified(bench, known, take_measure(bench, known))
@@ -127,29 +129,6 @@ def examine(
         interrupted = True
         known = distinct(bench, [*known, *(stop.found if isinstance(stop, StoppedError) else ())])
     return _decide(bench, given, null, known, interrupted)
-
-
-def _fits(null: Explanation, measure: Measure) -> bool:
-    """Whether a linear path refitted to rough data leaves no more than its form: timing within a sample, say."""
-    residual, signal = null.fit.residual, measure.bench.problem.signal
-    return measure.rough and float(residual @ residual) < len(residual) * (ROUGH_FORM * signal) ** 2
-
-
-def _silent(bench: Bench, given: Array, null: Explanation, measure: Measure) -> Verdict:
-    """The verdict where no effect earns a name."""
-    problem = bench.problem
-    over = measure.left(null) if measure.seen(null) and not _fits(null, measure) else 0.0
-    unlike_noise = whiteness(null.fit.residual) > NOT_WHITE
-    if over > 1.0 * measure.noise or (over > 0.25 * measure.noise and unlike_noise):
-        return Verdict.UNEXPLAINED
-    count = len(problem.measured)
-    if float(given @ given) / count - measure.floors[0] < (SEEN * problem.negligible) ** 2:
-        return Verdict.NOTHING_MISSING
-    negligible = problem.negligible**2
-    ratio = (float(given @ given) / count + negligible) / (null.powers[0] / count + negligible)
-    worth = effective_samples(null.fit.residual)
-    refit = worth * np.log(ratio) - null.fit.freedoms * np.log(worth)
-    return Verdict.PARAMETERS_ONLY if refit > ENOUGH_TO_REFIT else Verdict.NOTHING_MISSING
 
 
 def _mimicked(best: Explanation, known: list[Explanation], measure: Measure) -> bool:
@@ -163,10 +142,11 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     measure = take_measure(bench, known)
     seen = measure.seen(null)
     best = best_set(null, known, measure) if seen or measure.bent(null) else null
-    fine = not measure.rough or _fits(null, measure)
+    fine = not measure.rough or fits_roughly(null, measure)
     if seen and fine and measure.left(best) > MOSTLY * measure.left(null):
         best = null
-    if not seen and best.fit.penalty > MOSTLY * null.fit.penalty:
+    gone = not seen or as_parameters(null, given, measure)
+    if gone and best.fit.penalty >= MOSTLY * null.fit.penalty:
         # Where no gap shows, a name that leaves the parameters off explains nothing.
         best = null
     mine = measure.score(best)
@@ -200,13 +180,16 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         missed = not measure.rough and measure.missed(best) > MISSES
         verdict = Verdict.UNEXPLAINED if rival or unexplained or doubted or missed else Verdict.NAMED
     else:
-        verdict = _silent(bench, given, null, measure)
+        verdict = silent_verdict(bench, given, null, measure)
     # Between forms that both miss as much as they miss of the truth, a likelihood decides nothing.
     much = left > LEFT_NOISE * measure.noise
     misfit = measure.samples * math.log1p(left / max(measure.noise, 1e-300))
     close = [p for p in peers if (much or p[0] < LEAD * misfit) and measure.left(p[1]) < ALIKE * left]
+    if len(best.added) == 1 and FAINT * measure.noise < left and not much:
+        close = [p for p in peers if measure.left(p[1]) < FAINT_ALIKE * left]
     alike = [p for p in close if sensible(p[1], bench.problem)]
-    instead = alternatives(best, [p for p in peers if p[0] <= SAME or p in alike])
+    told = TOLD if len(best.added) == 1 else SAME
+    instead = alternatives(best, [p for p in peers if p[0] <= told or p in alike])
     vague = any(len(names) >= VAGUE for names in instead) or (much and _mimicked(best, known, measure))
     if len(best.added) > 1 and (vague or (verdict is Verdict.UNEXPLAINED and (further or rival))):
         # What others do as well, or bends the model and is not believed, mends the form of the rest.

@@ -3,9 +3,10 @@
 import numpy as np
 
 from .choice import ENOUGH_TO_NAME, WORTH_NOISE, Measure, could_add, take_measure
+from .distinct import distinct
 from .neighbours import exchange, reduced
 from .recurring import recurring
-from .search import distinct, scan
+from .search import scan
 from .selection import Bench, Explanation
 
 MORE_LEAVES = 0.6  # a third effect is tried only where the second left at most this
@@ -16,6 +17,7 @@ FINEST = 4  # and in their refined form too
 MISSES = 0.12  # of the signal, RMS: what misses more of it has not been understood
 FOREIGN = 100.0  # twice the log-likelihood ratio by which it leads
 IDLE = 8.0  # twice the log-likelihood ratio that any further effect may gain by chance
+_NEAR = 100.0  # twice the log-likelihood ratio by which a set is behind that is looked into as the foremost one is
 _ROUNDS = 2
 _ANEW = 20.0  # a set found so much better than when it was grown from is grown from again
 
@@ -113,8 +115,11 @@ class Growth:
             return
         # Beside an effect that does nothing, those in place of the other are the single ones, known already.
         if not (len(leaders[0].added) == 1 and _idle(larger[0], leaders[0], measure)):
-            self._exchanged[tuple(sorted(larger[0].added))] = larger[0]
-            self._learn(exchange(self._bench, larger[0], MOST, self._finest, self._reached()), measure)
+            # One a little behind may have grown from a form of its first effect that the second makes needless.
+            near = [e for e in larger[:2] if measure.score(e) - measure.score(larger[0]) < _NEAR]
+            for explanation in near:
+                self._exchanged[tuple(sorted(explanation.added))] = explanation
+                self._learn(exchange(self._bench, explanation, MOST, self._finest, self._reached()), measure)
             self._known[:] = distinct(self._bench, self._known)
 
     def _reduce(self) -> None:

@@ -128,20 +128,18 @@ def fit_groups(
     anew: Sequence[Group],
     iterations: int,
     rival: float = np.inf,
-) -> Fit:
-    """The best fit from groups of starts; empty ones are passed over.
+) -> list[Fit]:
+    """The best fit from groups of starts, and each other group's, best first; empty groups are passed over.
 
     Those `anew` are begun only where the others leave more than noise, or bend the nominal parameters.
     """
-    best: Fit | None = None
+    found: list[Fit] = []
     for group in (*groups, *anew):
-        if not group.starts or (best is not None and best.full and group in anew):
+        if not group.starts or (group in anew and found and found[0].full):
             continue
         fit = fit_hypothesis(
             problem, hypothesis, group.starts, iterations, group.keep, rival=rival, passed=group.passed
         )
         rival = min(rival, fit.fitted.cost)
-        if best is None or fit.fitted.cost < best.fitted.cost:
-            best = fit
-    assert best is not None
-    return best
+        found = sorted([*found, fit], key=lambda one: one.fitted.cost)
+    return found

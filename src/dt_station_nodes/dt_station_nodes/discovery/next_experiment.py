@@ -1,4 +1,4 @@
-"""Stage 8: the waveform that separates two explanations best, found by simulating both."""
+"""Stage 8: the waveform that tells most of the explanations left apart, found by simulating each of them."""
 
 from dataclasses import replace
 from itertools import combinations

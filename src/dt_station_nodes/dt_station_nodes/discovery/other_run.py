@@ -48,9 +48,8 @@ def found_there(
     null = finding.null
     if unseen is None or finding.interrupted:
         return finding, ""
-    silent = finding.verdict is Verdict.UNEXPLAINED and shows_only(
-        unseen, null.unseen, null.fit.residual, finding.sigma
-    )
+    only = shows_only(unseen, null.unseen, null.fit.residual, finding.sigma)
+    silent = finding.verdict is Verdict.UNEXPLAINED and only
     if not silent and not _shows_more(finding):
         return finding, ""
     channel = finding.problem.channel.value
@@ -64,7 +63,7 @@ def found_there(
         return finding, ""
     here = replace(there, problem=finding.problem, given=finding.given, null=null, sigma=finding.sigma)
     here = replace(here, over_noise=there.over_noise[::-1], best=_seen_on(finding.problem, there.best))
-    shows = "only the validation run shows" if silent else "the validation run shows more of"
+    shows = "only the validation run shows" if only else "the validation run shows more of"
     return here, f"{channel}: {shows} what is missing; it was found there, this run bears it out"
 
 

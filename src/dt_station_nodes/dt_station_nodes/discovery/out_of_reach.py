@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models.effects import Effect, registry
-from .candidates import stop_starts
 from .fit import least_squares
 from .hypothesis_fit import Fit
+from .place_starts import stop_starts
 from .problem import Problem, unit_of
 from .terms import Hypothesis
 from .unseen import unseen_residual

@@ -8,7 +8,7 @@ from ..core.models import PathSpec
 from ..core.models.effects import registry
 from .candidates import hypothesis
 from .choice import Measure
-from .hypothesis_fit import fit_hypothesis
+from .hypothesis_fit import Fit, fit_hypothesis
 from .selection import Bench, Explanation
 from .strangers import SAME
 
@@ -24,6 +24,7 @@ _HELD = 1.0
 # Fits about one that ended begin at these times its effects' numbers.
 _AROUND = (0.95, 1.05)
 _ROUNDS = 3
+_SIZES = (0.7, 0.8, 0.85, 0.9, 0.95, 1.05, 1.1, 1.2)
 
 
 def _set(path: PathSpec, effect: int, name: str, value: float) -> PathSpec:
@@ -52,6 +53,15 @@ def at_usual(bench: Bench, name: str, forms: Mapping[str, Explanation]) -> list[
         fit = fit_hypothesis(bench.problem, hypothesis(bench.problem, path, bench.nominal, freed), iterations=4)
         found.append(bench.explained(fit, form.added, freed, glance=True))
     return found
+
+
+def as_near(bench: Bench, best: Explanation, others: Iterable[Fit]) -> tuple[Explanation, ...]:
+    """Other ends of a form's fit that the run does not tell from its `best`, for the validation run to tell."""
+    if bench.check is None or bench.rough:
+        return ()
+    cost, worth = max(best.fit.fitted.cost, 1e-300), bench.worth(best)
+    near = (fit for fit in others if worth * np.log(max(fit.fitted.cost, 1e-300) / cost) < SAME)
+    return tuple(bench.explained(fit, best.added, best.freed, glance=True) for fit in near)
 
 
 def _doubtful(explanation: Explanation, measure: Measure) -> list[tuple[int, str, float]]:
@@ -100,6 +110,30 @@ def _held(explanation: Explanation) -> list[list[tuple[int, str, float]]]:
     return found
 
 
+def left_out(bench: Bench, explanation: Explanation, less: list[tuple[int, str, float]]) -> Explanation:
+    """The explanation with refinements (effect, name) of one effect at the values given; not judged."""
+    path = explanation.fit.path
+    for effect, name, value in less:
+        path = _set(path, effect, name, value)
+    own, names = path.effects[less[0][0]].name, {name for _, name, _ in less}
+    freed = {**explanation.freed, own: tuple(p for p in explanation.freed.get(own, ()) if p not in names)}
+    begin = hypothesis(bench.problem, path, bench.nominal, freed)
+    # In another form the effect is of another size: a dead zone that jumps open is wider than one that does not.
+    main = next((i for i, term in enumerate(begin.terms) if term.effect == less[0][0]), None)
+    chosen = any(p.tried_first and p.apart for p in map(registry()[own].parameter, names))
+    starts = [begin.start()]
+    if main is not None and chosen:
+        starts += [np.where(np.arange(len(starts[0])) == main, size * starts[0], starts[0]) for size in _SIZES]
+    fit = fit_hypothesis(bench.problem, begin, starts, iterations=10, keep=1)
+    return bench.explained(fit, explanation.added, freed)
+
+
+def without(bench: Bench, explanation: Explanation, name: str, parameters: Iterable[str]) -> Explanation:
+    """The explanation with some refinements of an effect doing nothing; not judged."""
+    effect = next(index for index, spec in enumerate(explanation.fit.path.effects) if spec.name == name)
+    return left_out(bench, explanation, [(effect, p, registry()[name].parameter(p).neutral) for p in parameters])
+
+
 def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explanation | None:
     """The explanation without an effect's refinements, or one of them, if that scores better; else None.
 
@@ -108,13 +142,7 @@ def _simpler(bench: Bench, explanation: Explanation, measure: Measure) -> Explan
     doubtful = _doubtful(explanation, measure)
     plainer = [*_plain(explanation, doubtful), *([one] for one in doubtful)]
     for less, worth in [*((one, _NOTHING) for one in plainer), *((one, _HELD) for one in _held(explanation))]:
-        path = explanation.fit.path
-        for effect, name, value in less:
-            path = _set(path, effect, name, value)
-        own, names = path.effects[less[0][0]].name, {name for _, name, _ in less}
-        freed = {**explanation.freed, own: tuple(p for p in explanation.freed.get(own, ()) if p not in names)}
-        fit = fit_hypothesis(bench.problem, hypothesis(bench.problem, path, bench.nominal, freed), iterations=10)
-        found = bench.judged(bench.explained(fit, explanation.added, freed))
+        found = bench.judged(left_out(bench, explanation, less))
         if measure.score(found) < measure.score(explanation) + worth:
             return found
     return None

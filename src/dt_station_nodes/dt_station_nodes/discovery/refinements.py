@@ -22,6 +22,15 @@ _MOST_COMBINATIONS = 64
 _NO_PISTONS = tuple(("overflow", name) for name in ("inlet_limit", "spill", "opening_s", "reseat"))
 # A contact that grips more at rest: neither number acts alone, and its jumps are so sharp that no fit gets far.
 GRIP = ("static_excess_v", "stribeck_velocity")
+# What bends a curve softly and what goes on beyond the bend, or differs between its sides, come together.
+_TOGETHER = (
+    ("rounding", "override"),
+    ("rounding_v", "passing"),
+    ("centre_v", "leak"),
+    ("centre_v", "rounding_v"),
+    ("closing", "past_zero"),
+    ("spread", "closes_v"),
+)
 _COULOMB = np.arange(0.5, 1.06, 0.05)  # of what the plain form took for all of it,
 _EXCESS = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)  # of that,
 _PACES = (0.4, 1.0, 2.0, 4.0, 6.0, 12.0)  # times the velocity's start
@@ -29,11 +38,15 @@ _PACES = (0.4, 1.0, 2.0, 4.0, 6.0, 12.0)  # times the velocity's start
 
 @dataclass(frozen=True, slots=True)
 class Refinements:
-    """Starts of a candidate's optional parameters, by name; those of its `timing` make sense together only."""
+    """Starts of a candidate's optional parameters, by name; those of its `timing` make sense together only.
+
+    Those `together` are tried two at a time as well.
+    """
 
     candidate: Candidate
     grids: Mapping[str, list[float]]
     timing: Mapping[str, float]
+    together: tuple[tuple[str, ...], ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -45,7 +58,7 @@ class Refinements:
         """Names that are tried at a time where one refinement is."""
         grips = [GRIP] if all(name in self.grids for name in GRIP) else []
         alone = [(name,) for name in self.grids if not (grips and name in GRIP)]
-        return (*alone, *grips, *([tuple(self.timing)] if self.timing else []))
+        return (*alone, *self.together, *grips, *([tuple(self.timing)] if self.timing else []))
 
     def neutral(self, name: str) -> float:
         """Value at which a parameter changes nothing."""
@@ -61,7 +74,7 @@ def refinements(
 ) -> Refinements:
     """What may refine a candidate's plain form fitted on `path`, where the base left `residual` (n,).
 
-    Not `timed`, nothing is sought that comes and goes: in rough data anything seems to.
+    Not `timed`, nothing is sought that comes and goes, nor two refinements at a time: in rough data anything seems to.
     """
     timing = seen_timing(problem, path, candidate.name) if timed else {}
     own = list(candidate.refining(problem.channel))
@@ -70,7 +83,9 @@ def refinements(
     if problem.channel is Channel.POSITION and (problem.standing_load or not len(problem.simulator.load_pa)):
         # What grows with a load that does not move is one with its size.
         own = [name for name in own if candidate.effect.parameter(name).quantity is not Quantity.PER_LOAD]
-    return Refinements(candidate, {name: grid(problem, path, candidate, name, residual) for name in own}, timing)
+    together = tuple(pair for pair in _TOGETHER if timed and all(name in own for name in pair))
+    grids = {name: grid(problem, path, candidate, name, residual) for name in own}
+    return Refinements(candidate, grids, timing, together)
 
 
 def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> list[PathSpec]:
@@ -79,9 +94,8 @@ def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> l
         return _refined(path, forms, forms.timings())
     if names == GRIP:
         return _gripping(path, forms)
-    (name,) = names
-    values = dict.fromkeys([forms.neutral(name), *forms.grids[name]])
-    return _refined(path, forms, [{name: value} for value in values])
+    values = [dict.fromkeys([forms.neutral(name), *forms.grids[name]]) for name in names]
+    return _refined(path, forms, [dict(zip(names, one, strict=True)) for one in product(*values)])
 
 
 def _gripping(path: PathSpec, forms: Refinements) -> list[PathSpec]:

@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .candidates import Candidate, Freed, all_starts, hypothesis, library, pair_starts, plain_starts
+from .distinct import distinct
 from .hypothesis_fit import Group, fit_groups, fit_hypothesis
-from .parsimony import at_usual
-from .refinements import GRIP, refined_starts, refinements, step_starts
+from .parsimony import as_near, at_usual, without
+from .refinements import GRIP, Refinements, refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
-from .start_groups import by_form, unbent
+from .start_groups import by_form, unbent, unlike
 from .stick_slip import climbed, sticks
 from .terms import Hypothesis
 
@@ -27,7 +28,7 @@ SETTLED = 2.0  # times the cost of the best: what misses the run by more is not 
 
 @dataclass(frozen=True, slots=True)
 class _Task:
-    """One more effect on a base; `seen` what a glance or the plain form found, `finer` refined forms.
+    """One more effect on a base; `seen`: the plain form found, `other`: its other form, `finer`: refined ones.
 
     What will not get below the cost of a `rival` is not followed to its end; what costs more is not settled.
     """
@@ -35,6 +36,7 @@ class _Task:
     base: Explanation
     candidate: Candidate
     seen: Explanation | None = None
+    other: Explanation | None = None
     finer: tuple[Explanation, ...] = ()
     rival: float = np.inf
 
@@ -52,7 +54,9 @@ class _Task:
 def _glance(bench: Bench, task: _Task) -> _Task:
     """A few steps of the plain form: enough to see which candidates deserve the whole."""
     starts, near, like = _starts(bench, task)
-    fit = fit_groups(bench.problem, like, *_spared(task, [Group(starts, 1)], [Group(near, 1)]), 3)
+    forms = [] if bench.rough else by_form(like, starts, tuned=False)
+    groups = [Group(apart, 1) for apart in forms or [starts]]
+    fit, *_ = fit_groups(bench.problem, like, *_spared(task, groups, [Group(near, 1)]), 3)
     return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True))
 
 
@@ -86,11 +90,15 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     if len(base.added) == 1:
         pairs = pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like)
         anew.append(Group(pairs, 2))
-    fit = fit_groups(problem, like, *_spared(task, groups, anew), bench.iterations, task.rival)
+    fit, *others = fit_groups(problem, like, *_spared(task, groups, anew), bench.iterations, task.rival)
     fit = climbed(problem, task.added, fit, base.fit)
     freed = {**task.freed, candidate.name: candidate.required}
     found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)
-    return replace(task, candidate=candidate, seen=bench.judged(found))
+    near_by = as_near(bench, found, others)
+    if candidate.also:
+        near_by = (*near_by, bench.judged(without(bench, found, candidate.name, candidate.also)))
+    other = next((bench.explained(f, task.added, freed, glance=True) for f in others if unlike(fit, f)), None)
+    return replace(task, candidate=candidate, seen=bench.judged(found), other=other, finer=near_by)
 
 
 def _refined(bench: Bench, task: _Task) -> _Task:
@@ -101,16 +109,27 @@ def _refined(bench: Bench, task: _Task) -> _Task:
     forms = refinements(bench.problem, path, task.candidate, task.base.fit.residual, timed=not bench.rough)
     if not forms.names:
         return task
+    ones = _stepped(bench, task, path, forms)
+    if task.other is not None and not bench.rough:
+        ones += _stepped(bench, task, task.other.fit.path, forms)[:1]
+    paths = [*(e.fit.path for e in ones), *refined_starts(path, forms)]
+    whole = _form(bench, task, forms.names, paths, bench.iterations, 3)
+    return replace(task, finer=(*task.finer, *(bench.judged(e) for e in (*ones, whole))))
+
+
+def _stepped(bench: Bench, task: _Task, path: PathSpec, forms: Refinements) -> list[Explanation]:
+    """The best step of refinement from a plain form's `path`, that of a grip if better, and those at their usual."""
     steps = {n: _form(bench, task, n, step_starts(path, forms, n), 4, _MANY if n == GRIP else 1) for n in forms.steps}
     # A grip has many starts: what a contact does otherwise is not to be lost behind it.
     grip = steps.pop(GRIP, None)
-    ones = [min(steps.values(), key=lambda e: e.fit.fitted.cost)] if steps else []
+    ones: list[Explanation] = []
+    if steps:
+        best = min(steps, key=lambda n: (steps[n].fit.fitted.cost, n))
+        ones = [steps[best] if bench.rough else _form(bench, task, best, [steps[best].fit.path], bench.iterations, 1)]
     if grip is not None and all(grip.fit.fitted.cost < one.fit.fitted.cost for one in ones):
         ones.append(grip)
-    paths = [*(e.fit.path for e in ones), *refined_starts(path, forms)]
-    whole = _form(bench, task, forms.names, paths, bench.iterations, 3)
-    ones += at_usual(bench, task.candidate.name, {name: e for (name, *_), e in steps.items()})
-    return replace(task, finer=tuple(bench.judged(e) for e in (*ones, whole)))
+    alone = {names[0]: e for names, e in steps.items() if len(names) == 1}
+    return [*ones, *at_usual(bench, task.candidate.name, alone)]
 
 
 def _form(
@@ -229,22 +248,3 @@ def scan_whole(bench: Bench, bases: Iterable[Explanation], most: int) -> list[Ex
     fitted = _each(bench, _settled, whole)
     found = [task.seen for task in fitted if task.seen is not None]
     return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
-
-
-def distinct(bench: Bench, known: Iterable[Explanation]) -> list[Explanation]:
-    """The best explanation of each set of names, in the order the sets came.
-
-    An effect at one place may fit a run as well as at another and foretell the next one better.
-    """
-    listed = list(known)
-    if not listed:
-        return []
-    nearest = min(listed, key=lambda e: e.fit.fitted.cost)
-    samples, floors = bench.worth(nearest), bench.floors(nearest)
-    best: dict[tuple[str, ...], tuple[tuple[bool, float], Explanation]] = {}
-    for explanation in listed:
-        key = tuple(sorted(explanation.added))
-        score = explanation.hollow, penalised(bench, explanation, samples, floors)
-        if key not in best or (key and score < best[key][0]):
-            best[key] = (score, explanation)
-    return [explanation for _, explanation in best.values()]

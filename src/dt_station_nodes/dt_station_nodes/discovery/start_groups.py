@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models.effects import registry
+from .hypothesis_fit import Fit
 from .terms import Hypothesis, Term
 
 Array = NDArray[np.float64]
@@ -23,15 +24,29 @@ def unbent(nominal: Sequence[Term], starts: list[Array]) -> list[Array]:
     return [np.concatenate([centres, x[len(centres) :]]) for x in starts]
 
 
-def by_form(like: Hypothesis, starts: list[Array]) -> list[list[Array]]:
-    """Starts of one frequency or one form each, where the candidate has several: between them there is no way down."""
-    last = len(like.path.effects) - 1
-    effect = registry()[like.path.effects[last].name]
-    forms = {p.name for p in effect.parameters if p.name == "frequency_hz" or (p.apart and p.starts == _EITHER)}
-    place = next((i for i, t in enumerate(like.terms) if t.effect == last and t.name in forms), None)
+def by_form(like: Hypothesis, starts: list[Array], tuned: bool = True) -> list[list[Array]]:
+    """Starts of one form each, or of one frequency if `tuned`, where the candidate has several.
+
+    Between them there is no way down.
+    """
+    place = _choice(like, {"frequency_hz"} if tuned else set())
     if place is None:
         return []
     apart: dict[float, list[Array]] = {}
     for x in starts:
         apart.setdefault(float(x[place]), []).append(x)
     return list(apart.values())
+
+
+def unlike(one: Fit, other: Fit) -> bool:
+    """Whether two fits of one hypothesis end in different forms of the candidate, where it has two."""
+    place = _choice(one.hypothesis, set())
+    return place is not None and round(float(one.fitted.x[place])) != round(float(other.fitted.x[place]))
+
+
+def _choice(like: Hypothesis, forms: set[str]) -> int | None:
+    """Which term of the candidate's sets starts apart: one of `forms`, or what chooses between two of them."""
+    last = len(like.path.effects) - 1
+    effect = registry()[like.path.effects[last].name]
+    forms = forms | {p.name for p in effect.parameters if p.apart and p.starts == _EITHER}
+    return next((i for i, t in enumerate(like.terms) if t.effect == last and t.name in forms), None)

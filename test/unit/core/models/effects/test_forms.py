@@ -140,3 +140,58 @@ def test_a_spool_that_slips_nowhere_is_a_play_operator_and_one_that_slides_on_ha
     assert np.any(np.diff(stairs[200:400]) < 1e-5)
     damped = spool(voltage, coulomb_v=0.3, slip=0.5, slide_s=0.05)
     assert np.std(damped - stairs) > 0.01
+
+
+@pytest.mark.parametrize(("before", "after"), [(-1.0, 2.0), (1.0, -2.0)])
+def test_a_spool_that_ends_further_out_past_zero_opens_all_the_way(before: float, after: float) -> None:
+    step = np.repeat([before, after], [200, 400])
+    sided = having(PRESSURE, "extra_lag", time_constant_s=0.1, closing=0.3, past_zero=1.0)
+    alike = having(PRESSURE, "extra_lag", time_constant_s=0.13)
+    assert np.allclose(pressure(step, sided)[200:], pressure(step, alike)[200:], rtol=1e-9)
+
+
+def test_a_mass_that_rides_on_the_path_shows_in_jumps_and_not_at_rest() -> None:
+    step = np.repeat([0.0, 1.0], [100, 3900])
+    static = PathSpec(numerator=[1.0], denominator=[1.0])
+    # 1 + g s^2 / (s^2 + 2 z w s + w^2): a jump comes through 1 + g times, what stands as it is.
+    ridden = having(static, "resonance", frequency_hz=3.0, damping=0.09, share=-0.5, riding=-0.09)
+    out = PathSimulator(Channel.PRESSURE, STEP_S, step, np.zeros(0), 0.0, 0.0).simulate(ridden)
+    assert out[101] == pytest.approx(1.5, abs=0.06)
+    assert out[-1] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_a_loop_closes_where_iron_saturates() -> None:
+    wave = 3.0 * np.sin(2.0 * np.pi * 0.25 * np.arange(1600) * STEP_S)
+    static = PathSpec(numerator=[1.0], denominator=[1.0])
+    open_loop, closing = (
+        np.abs(pressure(wave, having(static, "hysteresis", half_width_v=0.2, depth=0.5, closes_v=v))[1:] - wave[:-1])
+        for v in (0.0, 0.7)
+    )
+    small, large = np.abs(wave[:-1]) < 0.05, np.abs(wave[:-1]) > 2.5
+    assert np.allclose(closing[small], open_loop[small], rtol=5e-3, atol=1e-6)
+    assert closing[large].max() < 0.01 * open_loop[large].max()
+
+
+def test_a_leak_grows_as_its_oil_warms() -> None:
+    load, still = np.full(4000, 3e6), np.zeros(4000)
+    cold, warming = (
+        PathSimulator(Channel.POSITION, STEP_S, still, load, 0.0, 0.0).simulate(
+            having(POSITION, "leakage", coefficient=1e-10, warming_per_s=rate)
+        )
+        for rate in (0.0, 0.02)
+    )
+    seconds = np.arange(4000) * STEP_S
+    # Its creep, integrated: c P (t + w t^2 / 2).
+    assert np.allclose(warming[2000:], cold[2000:] * (1.0 + 0.01 * seconds[2000:]), rtol=0.01)
+
+
+def test_air_in_a_sensors_line_is_soft_at_low_pressure_only() -> None:
+    low, high = (np.repeat([volts, volts + 0.05], [2000, 2000]) for volts in (0.1, 4.0))
+    static = PathSpec(numerator=[1e6], denominator=[1.0], rest=0.0)
+    airy = having(static, "trapped_air", at="output", softness_s=0.4, stiffening=2e-6)
+
+    def rise_s(voltage: Array) -> float:
+        out = PathSimulator(Channel.PRESSURE, STEP_S, voltage, np.zeros(0), 0.0, float(voltage[0]) * 1e6).simulate(airy)
+        return STEP_S * float(np.sum(1.0 - (out[2000:] - out[1999]) / (0.05e6)))
+
+    assert rise_s(low) > 3.0 * rise_s(high)

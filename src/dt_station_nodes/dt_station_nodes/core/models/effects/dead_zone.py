@@ -53,7 +53,7 @@ EFFECT = Effect(
             "half the width of the dead band",
             0.0,
             1.5,
-            (0.02, 0.06, 0.15, 0.4),
+            (0.004, 0.02, 0.06, 0.15, 0.4),
             grain=0.03,
         ),
         Parameter(
@@ -64,6 +64,7 @@ EFFECT = Effect(
             1.0,
             (0.0,),
             optional=True,
+            first_on=(Channel.POSITION,),
             apart=True,
         ),
         Parameter(

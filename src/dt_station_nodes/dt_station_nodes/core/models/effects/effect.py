@@ -51,7 +51,8 @@ class Parameter:
     value, in the parameter's own unit, at which it changes nothing. An `optional` parameter refines the form and
     stays neutral unless a model sets it or a fit frees it. The effect is present where a parameter that `acts_alone`
     (None: every one that is not optional) is off its neutral value. One `tried_first` is optional in a model, but a
-    fit frees it from the start; one without `starts` is tried where the run itself shows where to begin; one `apart`
+    fit frees it from the start, `first_on` some channels only; one without `starts` is tried where the run itself shows
+    where to begin; one `apart`
     makes a form of its own, to which no fit finds the way from the plain one; with the starts 0 and 1, each does.
     `usual` values are a choice of form, no measured number: a fit that ends near one is tried there. What a parameter
     changes may come in stairs: less than its `grain` shows in no sample, so its fit begins from finer starts and
@@ -68,6 +69,7 @@ class Parameter:
     optional: bool = False
     acts_alone: bool | None = None
     tried_first: bool = False
+    first_on: tuple[Channel, ...] = ()
     apart: bool = False
     usual: tuple[float, ...] = ()
     grain: float = 0.0

@@ -28,7 +28,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
         s[2] = value
-    first = _lag(s, 0, p[0] * sided(value - s[0], s[0], p[3], -p[4]), c[SUBSTEP], value)
+    first = _lag(s, 0, p[0] * sided(value - s[0], s[0], p[3], -p[4], p[5]), c[SUBSTEP], value)
     return _lag(s, 2, p[1], c[SUBSTEP], p[2] * value + (1.0 - p[2]) * first)
 
 
@@ -67,6 +67,16 @@ EFFECT = Effect(
             0.9,
             (0.0,),
             optional=True,
+        ),
+        Parameter(
+            "past_zero",
+            Quantity.RATIO,
+            "1: a move through zero that ends further out counts as away from it from its start, 0: from zero on",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            usual=(1.0,),
         ),
     ),
     step=_step,

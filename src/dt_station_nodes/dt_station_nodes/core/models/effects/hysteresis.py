@@ -1,5 +1,7 @@
 """Hysteresis: the valve's magnetisation remembers the way the voltage came."""
 
+import math
+
 from ..compiled import Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
@@ -31,6 +33,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
             total += s[j]
         play = (1.0 - spread) * play + spread * total / 8.0
     loop = (1.0 - bouc_wen) * play + bouc_wen * (value - half_width * s[11])
+    if p[6] > 0.0:
+        depth *= math.exp(-0.5 * (value / p[6]) ** 2)
     return value + depth * (loop - value)
 
 
@@ -94,6 +98,15 @@ EFFECT = Effect(
             0.0,
             1.0,
             (1.0,),
+            optional=True,
+        ),
+        Parameter(
+            "closes_v",
+            Quantity.INPUT,
+            "voltage about which the loop closes, as iron that saturates holds nothing back; 0: nowhere",
+            0.0,
+            3.0,
+            (0.3,),
             optional=True,
         ),
     ),

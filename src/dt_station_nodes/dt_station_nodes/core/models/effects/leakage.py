@@ -15,6 +15,7 @@ from ..compiled import (
     SETTLING_RATE,
     STATIC_GAIN,
     SUBSTEP,
+    TIME,
     Doubles,
     effect_step,
     halfway,
@@ -23,11 +24,11 @@ from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @njit(cache=True)
-def _through(p: Doubles, pressure: float, rest: float) -> float:
+def _through(p: Doubles, warmed: float, pressure: float, rest: float) -> float:
     # The turbulent law is scaled to meet the laminar one at the rest pressure.
     turbulent = math.copysign(math.sqrt(abs(pressure) * max(rest, 1.0)), pressure)
     widened = 1.0 + p[6] * max(pressure, 0.0)
-    return p[0] * ((1.0 - p[1]) * pressure + p[1] * turbulent) * widened * widened * widened
+    return warmed * ((1.0 - p[1]) * pressure + p[1] * turbulent) * widened * widened * widened
 
 
 @effect_step
@@ -36,11 +37,12 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     store = c[INJECTION_GAIN] != 0.0 or c[STATIC_GAIN] == 0.0
     per_flow = c[INJECTION_GAIN] if store else c[OUTPUT_GAIN] / (c[STATIC_GAIN] * c[SETTLING_RATE])
     pressure = c[LOAD] + c[REST] * (1.0 - base)
-    made_up = p[7] * _through(p, c[REST] * (1.0 - base), c[REST]) if p[7] != 0.0 else 0.0
-    flow = _through(p, pressure, c[REST]) - made_up
+    warmed = p[0] * max(1.0 + p[8] * c[TIME], 0.0)
+    made_up = p[7] * _through(p, warmed, c[REST] * (1.0 - base), c[REST]) if p[7] != 0.0 else 0.0
+    flow = _through(p, warmed, pressure, c[REST]) - made_up
     if c[OWN_LOAD] > 0.0:
         # What is lost within the sub-step counts half.
-        flow = _through(p, pressure - 0.5 * per_flow * flow, c[REST]) - made_up
+        flow = _through(p, warmed, pressure - 0.5 * per_flow * flow, c[REST]) - made_up
     if store and sag != 0.0:
         y = halfway(c) - 0.5 * per_flow * flow
         y /= 1.0 + 0.5 * per_flow * sag / math.sqrt(1.0 + bend * abs(y))
@@ -143,6 +145,15 @@ EFFECT = Effect(
             (1.0,),
             optional=True,
             usual=(1.0,),
+        ),
+        Parameter(
+            "warming_per_s",
+            Quantity.RUN_RATE,
+            "how much more leaks with every second, as the oil warms and thins",
+            -0.02,
+            0.2,
+            (0.0,),
+            optional=True,
         ),
     ),
     step=_step,

@@ -58,7 +58,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
     wanted = value - s[0]
-    rate = p[0] * sided(wanted, s[0], p[2], p[4])
+    rate = p[0] * sided(wanted, s[0], p[2], p[4], p[5])
     if p[3] > 1e-6:
         return _inside(s, value, rate, p[3], c[SUBSTEP])
     if p[1] > 1e-6:
@@ -123,6 +123,16 @@ EFFECT = Effect(
             0.95,
             (0.0,),
             optional=True,
+        ),
+        Parameter(
+            "past_zero",
+            Quantity.RATIO,
+            "1: a move through zero that ends further out counts as away from it from its start, 0: from zero on",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            usual=(1.0,),
         ),
     ),
     step=_step,

@@ -55,10 +55,10 @@ EFFECT = Effect(
         Parameter(
             "share",
             Quantity.RATIO,
-            "share of the input that passes through the mode",
-            0.0,
+            "share of the input that passes through the mode; below 0 a mass on a spring rides on it",
+            -1.0,
             2.0,
-            (1.0, 0.15),
+            (1.0, 0.15, -0.3),
             neutral=1.0,
             optional=True,
             tried_first=True,

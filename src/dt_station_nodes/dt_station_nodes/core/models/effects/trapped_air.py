@@ -2,7 +2,8 @@
 
 import math
 
-from ..compiled import SUBSTEP, Doubles, effect_step, halfway
+from ...channels import Channel
+from ..compiled import STAGE, SUBSTEP, Doubles, effect_step, halfway
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -12,7 +13,9 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[1] == 0.0:
         s[1] = 1.0
         s[0] = value
-    tau = softness / (1.0 + stiffening * max(halfway(c), 0.0)) ** power
+    # In the line to the sensor what counts is the pressure there.
+    level = s[0] if c[STAGE] > 1.5 else halfway(c)
+    tau = softness / (1.0 + stiffening * max(level, 0.0)) ** power
     if tau <= 1e-9:
         s[0] = value
         return value
@@ -38,6 +41,7 @@ EFFECT = Effect(
     state_size=2,
     sub_stepped=True,
     only_paces=True,
+    also={Channel.PRESSURE: (Attachment.OUTPUT,)},
     vocabulary=False,
     special_cases={"extra_lag": ""},
 )

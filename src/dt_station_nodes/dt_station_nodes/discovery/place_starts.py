@@ -1,0 +1,51 @@
+"""Where effects that belong to a place of the output begin: stops, springs, stores, about where the run moves."""
+
+import numpy as np
+
+from ..core.models import PathSpec
+from ..core.models.effects import Parameter, Quantity
+from .problem import Problem, unit_of
+
+_INWARDS = (0.02, 0.1, 0.25)  # of the run's way
+_HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only just meets
+# A run that moves less than this of its way from a spring's place sees a small part of its curve.
+_FAR = 0.5
+_BELOW = (1.2, 2.0, 4.0)  # times the way from the run's mean down to its lowest level: where a store is empty
+
+
+def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter) -> list[float]:
+    """Where a piston's stops begin: out of reach, or about the ends of the run's way, which it seldom goes beyond."""
+    unit = unit_of(problem, parameter, None)
+    if not problem.windows.anchored:
+        return [parameter.neutral] if parameter.name == "standing" else [start * unit for start in parameter.starts]
+    if parameter.name == "standing":
+        return list(parameter.starts)
+    low, high = (float(end(problem.measured)) - path.rest for end in (np.min, np.max))
+    inwards = np.array([_HISS * problem.noise, *((high - low) * share for share in _INWARDS)])
+    if parameter.name == "limit":
+        return [parameter.upper * unit, *(high - inwards)]
+    return [parameter.lower * unit, *(low + inwards)]
+
+
+def spring_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
+    """Where a spring's place and its stiffness begin: most often where the run moves about, or else far from there."""
+    away = float(np.mean(problem.measured)) - path.rest
+    if parameter.name == "centre":
+        return [0.0, away]
+    scales = problem.scales
+    travel = (scales[Quantity.INPUT_PER_OUTPUT] / scales[Quantity.INPUT_PER_OUTPUT_CUBED]) ** 0.5
+    nearer = travel / max(abs(away), travel)
+    sizes = [*parameter.starts, *(size * nearer**3 for size in parameter.starts if nearer < _FAR)]
+    return [size * unit for size in sizes]
+
+
+def store_starts(problem: Problem, path: PathSpec, parameter: Parameter) -> list[float]:
+    """A store's bend begins as of one that is empty somewhat below the run's levels, about their mean.
+
+    There the linear path, refitted to the run, has the outflow's value and slope.
+    """
+    mean = float(np.mean(problem.measured))
+    if parameter.name == "reference":
+        return [mean - path.rest]
+    down = max(mean - float(np.min(problem.measured)), problem.negligible)
+    return [0.5 / (share * down) for share in _BELOW]

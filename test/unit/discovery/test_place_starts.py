@@ -1,0 +1,30 @@
+"""Where effects that belong to a place of the output begin."""
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec, PathSpec
+from dt_station_nodes.core.models.effects import registry
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery.place_starts import store_starts
+from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.settings import DiscoverySettings
+
+TANK = ModelSpec(name="tank", paths={Channel.POSITION: PathSpec(numerator=[0.02], denominator=[1.0, 0.02], rest=0.0)})
+
+
+@pytest.mark.parametrize("rest", [0.0, -4.0])
+def test_a_store_begins_about_the_runs_levels_wherever_the_linear_path_rests(rest: float) -> None:
+    """Between its lowest level and nothing: the outflow's root is real at every level of the run."""
+    seconds = 2.0 * np.arange(600)
+    level = 4.0 + 1.5 * np.sin(0.01 * seconds)
+    run = Run(2.0, {"servo_voltage_v": 1.0 + 0.3 * np.sin(0.01 * seconds + 0.8), "position_m": level})
+    problem = make_problem(run, TANK, Channel.POSITION, DiscoverySettings())
+    path = TANK.paths[Channel.POSITION].model_copy(update={"rest": rest})
+    effect = registry()["square_root_outflow"]
+    (reference,) = store_starts(problem, path, effect.parameter("reference"))
+    assert rest + reference == pytest.approx(float(level.mean()))
+    for curvature in store_starts(problem, path, effect.parameter("curvature")):
+        under_the_root = 1.0 + 2.0 * curvature * (level - rest - reference)
+        assert 0.0 < under_the_root.min() < 0.9
