@@ -221,3 +221,21 @@ def test_where_no_gap_shows_a_name_has_to_straighten_the_parameters(
     monkeypatch.setattr(channel, "best_set", lambda *_: named)
     found = _decide(measure.bench, null.fit.residual, null, [null, named], interrupted=False)
     assert found.verdict is verdict
+
+
+@pytest.mark.parametrize(
+    ("left", "other_leaves", "told_together"), [(0.1, 0.3, True), (0.1, 0.5, False), (0.02, 0.06, False)]
+)
+def test_a_name_that_leaves_a_little_is_told_with_one_that_leaves_not_much_more(
+    fitted: tuple[Measure, Explanation],
+    monkeypatch: pytest.MonkeyPatch,
+    left: float,
+    other_leaves: float,
+    told_together: bool,
+) -> None:
+    measure, _ = fitted
+    null, named, other = (leaving(fitted, *one) for one in ((5.0,), (left, "dead_zone"), (other_leaves, "friction")))
+    monkeypatch.setattr(channel, "best_set", lambda *_: named)
+    monkeypatch.setattr(channel, "sensible", lambda *_: True)
+    found = _decide(measure.bench, null.fit.residual, null, [null, named, other], interrupted=False)
+    assert found.alternatives == ((("friction",),) if told_together else ((),))

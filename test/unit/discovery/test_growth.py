@@ -80,6 +80,8 @@ def test_what_has_been_grown_is_not_grown_again(
 class Scored:
     """A measure that scores and tells by the numbers that explanations leave."""
 
+    rough = False
+
     @staticmethod
     def score(explanation: Explanation) -> float:
         return explanation.powers[0]
@@ -160,3 +162,28 @@ def test_a_pair_that_explains_the_run_is_exchanged_whatever_the_validation_run_s
         pair = replace(both, powers=powers, unseen=single.unseen)
         Growth(bench, first, [first, single, pair], 2).run()
         assert len(exchanged) == expected
+
+
+@pytest.mark.parametrize(
+    ("stranger", "ahead", "named", "ends"),
+    [
+        (("memory",), 150.0, ("delay", "friction"), True),
+        (("memory",), 50.0, ("delay", "friction"), False),
+        (("memory", "delay"), 150.0, ("delay", "friction"), False),
+        (("memory", "delay", "bias"), 150.0, ("delay", "friction", "bias"), True),
+    ],
+)
+def test_a_smaller_set_with_a_stranger_that_is_far_ahead_ends_the_growth(
+    singles: tuple[Bench, Explanation, list[Explanation]],
+    monkeypatch: pytest.MonkeyPatch,
+    stranger: tuple[str, ...],
+    ahead: float,
+    named: tuple[str, ...],
+    ends: bool,
+) -> None:
+    bench, null, found = singles
+    known = [
+        replace(found[1], added=names, powers=(left,)) for names, left in ((named, 500.0), (stranger, 500 - ahead))
+    ]
+    monkeypatch.setattr(growth, "take_measure", lambda *_: Scored())
+    assert Growth(bench, null, known, 3)._foreign() is ends

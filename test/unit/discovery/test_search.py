@@ -188,6 +188,17 @@ def test_edges_that_differ_are_one_dead_zone_however_small_it_is_beside_the_jump
     assert found["centre_v"] == pytest.approx(-0.05, rel=0.1)
 
 
+@pytest.mark.parametrize(("between_v", "starts"), [(0.2, 6), (5.0, 3)])
+def test_friction_begins_on_what_holds_on_between_jumps_too(between_v: float, starts: int) -> None:
+    time_s = np.arange(900) * 0.02
+    voltage = np.where(np.mod(time_s, 3.0) < 0.3, 8.0, between_v * np.sin(2.1 * time_s))
+    problem = run_with("friction", {"coulomb_v": 0.05}, voltage)
+    path = PAPER.paths[Channel.POSITION]
+    begun = grid(problem, path, Candidate("friction"), "coulomb_v", problem.residual(path))
+    assert len(begun) == starts
+    assert min(begun) < 0.1 * between_v
+
+
 def test_a_mass_that_rides_on_the_path_is_a_mode_with_a_negative_share() -> None:
     numbers = {"frequency_hz": 3.0, "damping": 0.08, "share": -0.4, "riding": -0.064}
     found = best_single(run_with("resonance", numbers, 1.5 * np.sign(np.sin(2.3 * np.arange(900) * 0.02))))

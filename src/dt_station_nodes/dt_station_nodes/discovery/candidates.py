@@ -135,9 +135,8 @@ def grid(
     if candidate.name == "friction" and name == "coulomb_v":
         mostly = float(np.median(np.abs(problem.simulator.voltage_v)))
         # Where jumps set the voltage's scale, what holds on in between is small beside it.
-        return [
-            start * size for size in (unit, mostly)[: 2 if mostly < _JUMPS * unit else 1] for start in parameter.starts
-        ]
+        sizes = (unit, mostly) if mostly < _JUMPS * unit else (unit,)
+        return [start * size for size in sizes for start in parameter.starts]
     return [start * unit for start in parameter.starts]
 
 

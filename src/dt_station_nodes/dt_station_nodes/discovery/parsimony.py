@@ -24,6 +24,7 @@ _HELD = 1.0
 # Fits about one that ended begin at these times its effects' numbers.
 _AROUND = (0.95, 1.05)
 _ROUNDS = 3
+# Times its first number at which an effect's other form begins.
 _SIZES = (0.7, 0.8, 0.85, 0.9, 0.95, 1.05, 1.1, 1.2)
 
 

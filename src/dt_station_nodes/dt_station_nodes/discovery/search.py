@@ -20,6 +20,7 @@ from .stick_slip import climbed, sticks
 from .terms import Hypothesis
 
 Array = NDArray[np.float64]
+_Steps = tuple[list[Explanation], dict[str, Explanation]]
 
 SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
 _MANY = 4  # starts to follow of a contact that grips
@@ -97,7 +98,8 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     near_by = as_near(bench, found, others)
     if candidate.also:
         near_by = (*near_by, bench.judged(without(bench, found, candidate.name, candidate.also)))
-    other = next((bench.explained(f, task.added, freed, glance=True) for f in others if unlike(fit, f)), None)
+    apart = [] if bench.rough else [f for f in others if unlike(fit, f)]
+    other = bench.explained(apart[0], task.added, freed, glance=True) if apart else None
     return replace(task, candidate=candidate, seen=bench.judged(found), other=other, finer=near_by)
 
 
@@ -109,16 +111,17 @@ def _refined(bench: Bench, task: _Task) -> _Task:
     forms = refinements(bench.problem, path, task.candidate, task.base.fit.residual, timed=not bench.rough)
     if not forms.names:
         return task
-    ones = _stepped(bench, task, path, forms)
-    if task.other is not None and not bench.rough:
-        ones += _stepped(bench, task, task.other.fit.path, forms)[:1]
+    ones, alone = _stepped(bench, task, path, forms)
+    ones += at_usual(bench, task.candidate.name, alone)
+    if task.other is not None:
+        ones += _stepped(bench, task, task.other.fit.path, forms)[0]
     paths = [*(e.fit.path for e in ones), *refined_starts(path, forms)]
     whole = _form(bench, task, forms.names, paths, bench.iterations, 3)
     return replace(task, finer=(*task.finer, *(bench.judged(e) for e in (*ones, whole))))
 
 
-def _stepped(bench: Bench, task: _Task, path: PathSpec, forms: Refinements) -> list[Explanation]:
-    """The best step of refinement from a plain form's `path`, that of a grip if better, and those at their usual."""
+def _stepped(bench: Bench, task: _Task, path: PathSpec, forms: Refinements) -> _Steps:
+    """The best step of refinement from a plain form's `path`, that of a grip if better; and those of one parameter."""
     steps = {n: _form(bench, task, n, step_starts(path, forms, n), 4, _MANY if n == GRIP else 1) for n in forms.steps}
     # A grip has many starts: what a contact does otherwise is not to be lost behind it.
     grip = steps.pop(GRIP, None)
@@ -128,8 +131,7 @@ def _stepped(bench: Bench, task: _Task, path: PathSpec, forms: Refinements) -> l
         ones = [steps[best] if bench.rough else _form(bench, task, best, [steps[best].fit.path], bench.iterations, 1)]
     if grip is not None and all(grip.fit.fitted.cost < one.fit.fitted.cost for one in ones):
         ones.append(grip)
-    alone = {names[0]: e for names, e in steps.items() if len(names) == 1}
-    return [*ones, *at_usual(bench, task.candidate.name, alone)]
+    return ones, {names[0]: e for names, e in steps.items() if len(names) == 1}
 
 
 def _form(
@@ -192,8 +194,8 @@ def _known(bench: Bench, done: Sequence[_Task]) -> list[Explanation]:
 
 def _against(tasks: Sequence[_Task], times: float = SETTLED) -> list[_Task]:
     """Tasks to be held against the best of them, `times` its cost."""
-    limit = times * min((form.fit.fitted.cost for task in tasks for form in _forms(task)), default=np.inf)
-    return [replace(task, rival=min(limit, task.rival)) for task in tasks]
+    best = min((form.fit.fitted.cost for task in tasks for form in _forms(task)), default=np.inf)
+    return [replace(task, rival=min(times * best, task.rival)) for task in tasks]
 
 
 def _cost(task: _Task) -> float:
@@ -224,15 +226,13 @@ def scan(
     chosen = [task if not task.base.added else held for task, held in zip(chosen, _against(chosen, SEEN), strict=True)]
     finer, others = _best(_against(_each(bench, _plain, chosen)), finest)
     fitted = _each(bench, _settled, _against([*_each(bench, _refined, finer), *others]))
-    found = [task.seen for task in fitted if task.seen is not None]
-    return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
+    return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))
 
 
 def _whole(bench: Bench, task: _Task, iterations: int, keep: int) -> _Task:
     """The form with all its parameters free, from the best of all their starts."""
-    base, candidate = task.base, task.candidate
-    paths = all_starts(bench.problem, base.fit.path, candidate, base.fit.residual)
-    names = candidate.refining(bench.problem.channel)
+    paths = all_starts(bench.problem, task.base.fit.path, task.candidate, task.base.fit.residual)
+    names = task.candidate.refining(bench.problem.channel)
     return replace(task, seen=bench.judged(_form(bench, task, names, paths, iterations, keep)))
 
 
@@ -246,5 +246,4 @@ def scan_whole(bench: Bench, bases: Iterable[Explanation], most: int) -> list[Ex
     chosen, _ = _best(_each(bench, partial(_whole, iterations=3, keep=1), tasks), most)
     whole = _each(bench, partial(_whole, iterations=bench.iterations, keep=3), _against(chosen))
     fitted = _each(bench, _settled, whole)
-    found = [task.seen for task in fitted if task.seen is not None]
-    return sorted(distinct(bench, found), key=lambda e: (e.fit.fitted.cost, e.added))
+    return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))

@@ -148,6 +148,9 @@ def test_a_spool_that_ends_further_out_past_zero_opens_all_the_way(before: float
     sided = having(PRESSURE, "extra_lag", time_constant_s=0.1, closing=0.3, past_zero=1.0)
     alike = having(PRESSURE, "extra_lag", time_constant_s=0.13)
     assert np.allclose(pressure(step, sided)[200:], pressure(step, alike)[200:], rtol=1e-9)
+    slewed = having(PRESSURE, "rate_limit", rate_v_per_s=2.0, closing=0.3, past_zero=1.0)
+    slower = having(PRESSURE, "rate_limit", rate_v_per_s=1.4)
+    assert np.allclose(pressure(step, slewed)[200:], pressure(step, slower)[200:], rtol=1e-9)
 
 
 def test_a_mass_that_rides_on_the_path_shows_in_jumps_and_not_at_rest() -> None:

@@ -52,11 +52,11 @@ class Parameter:
     stays neutral unless a model sets it or a fit frees it. The effect is present where a parameter that `acts_alone`
     (None: every one that is not optional) is off its neutral value. One `tried_first` is optional in a model, but a
     fit frees it from the start, `first_on` some channels only; one without `starts` is tried where the run itself shows
-    where to begin; one `apart`
-    makes a form of its own, to which no fit finds the way from the plain one; with the starts 0 and 1, each does.
-    `usual` values are a choice of form, no measured number: a fit that ends near one is tried there. What a parameter
-    changes may come in stairs: less than its `grain` shows in no sample, so its fit begins from finer starts and
-    takes slopes over that, on the channels `in_stairs`. It means something on its `channels` only.
+    where to begin; one `apart` makes a form of its own, to which no fit finds the way from the plain one; with the
+    starts 0 and 1, each does. `usual` values are a choice of form, no measured number: a fit that ends near one is
+    tried there. What a parameter changes may come in stairs: less than its `grain` shows in no sample, so its fit
+    begins from finer starts and takes slopes over that, on the channels `in_stairs`. It means something on its
+    `channels` only.
     """
 
     name: str
@@ -90,6 +90,19 @@ class Parameter:
         if self.quantity is Quantity.SIGNAL:
             return "V" if at is Attachment.INPUT else channel.unit
         return self.quantity.value.partition(",")[0].replace("output", channel.unit)
+
+
+# Of what moves towards zero otherwise than away from it (`sided`).
+PAST_ZERO = Parameter(
+    "past_zero",
+    Quantity.RATIO,
+    "1: a move through zero that ends further out counts as away from it from its start, 0: from zero on",
+    0.0,
+    1.0,
+    (1.0,),
+    optional=True,
+    usual=(1.0,),
+)
 
 
 def on_both(*places: Attachment) -> dict[Channel, tuple[Attachment, ...]]:

@@ -6,7 +6,7 @@ from numba import njit
 
 from ..compiled import SUBSTEP, Doubles, effect_step
 from ..sided import sided
-from .effect import Attachment, Effect, Parameter, Quantity, on_both
+from .effect import PAST_ZERO, Attachment, Effect, Parameter, Quantity, on_both
 
 
 @njit(cache=True)
@@ -68,16 +68,7 @@ EFFECT = Effect(
             (0.0,),
             optional=True,
         ),
-        Parameter(
-            "past_zero",
-            Quantity.RATIO,
-            "1: a move through zero that ends further out counts as away from it from its start, 0: from zero on",
-            0.0,
-            1.0,
-            (1.0,),
-            optional=True,
-            usual=(1.0,),
-        ),
+        PAST_ZERO,
     ),
     step=_step,
     check="Measure amplifier current against voltage, and the sensor's filter; compare the step answer's first part.",

@@ -6,7 +6,7 @@ from numba import njit
 
 from ..compiled import SUBSTEP, Doubles, effect_step
 from ..sided import sided
-from .effect import Attachment, Effect, Parameter, Quantity
+from .effect import PAST_ZERO, Attachment, Effect, Parameter, Quantity
 
 
 @njit(cache=True)
@@ -124,16 +124,7 @@ EFFECT = Effect(
             (0.0,),
             optional=True,
         ),
-        Parameter(
-            "past_zero",
-            Quantity.RATIO,
-            "1: a move through zero that ends further out counts as away from it from its start, 0: from zero on",
-            0.0,
-            1.0,
-            (1.0,),
-            optional=True,
-            usual=(1.0,),
-        ),
+        PAST_ZERO,
     ),
     step=_step,
     check="Compare the answers to a small and a large step; look at amplifier ramps and pilot flow.",
