@@ -73,6 +73,8 @@ def condensed(run: Run, channel: Channel, path: PathSpec, most: int = MOST_SAMPL
         thin = Condensed(part, thin.rows[start : start + length])
         begin = part.start_s - run.start_s
         said.append(f"from {begin:.3g} to {begin + length * part.sample_time_s:.3g} s, where the voltage moves most")
+    if not said:
+        return thin
     note = (
         f"{channel.value}: the run is long, so candidates were searched for {' and '.join(said)}; "
         "parameters and figures are of the whole run"
