@@ -17,6 +17,7 @@ from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.refinements import GRIP, refinements
 from dt_station_nodes.discovery.search import scan, scan_whole
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
+from dt_station_nodes.discovery.tasks import Task
 from dt_station_nodes.discovery.terms import nominal_terms
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
@@ -174,7 +175,7 @@ def test_a_contact_that_grips_takes_no_other_refinements_place(
         return found
 
     monkeypatch.setattr(search, "_form", form)
-    task = search._Task(null, friction, seen=replace(null, fit=replace(null.fit, path=plain)))
+    task = Task(null, friction, seen=replace(null, fit=replace(null.fit, path=plain)))
     *ones, _ = search._refined(bench, task).finer
     assert {name for name, found in asked.items() if any(found is one for one in ones)} == kept
 

@@ -7,12 +7,15 @@ import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec
+from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
-from dt_station_nodes.discovery.candidates import Candidate, add_effect, as_it_stands
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, as_it_stands, hypothesis
+from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.search import scan
 from dt_station_nodes.discovery.selection import Bench, fit_null
+from dt_station_nodes.discovery.sequence import in_sequence
 from dt_station_nodes.discovery.terms import nominal_terms
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
@@ -70,6 +73,29 @@ def test_a_drift_as_large_as_its_refined_form_says_is_asked_again_what_limits_it
     best = scan(bench, [fit_null(bench, PATH)], 6, 6)[0]
     assert best.added == ("gain_drift",)
     assert as_it_stands(best.fit.path, "gain_drift", best.added).first is first
+
+
+@pytest.mark.parametrize("relieved_last", [True, False])
+def test_a_relief_valve_cuts_off_what_ripples_before_it_and_not_what_the_sensor_adds(relieved_last: bool) -> None:
+    relief, ripple = Candidate("overflow", Attachment.OUTPUT), Candidate("periodic_disturbance", Attachment.OUTPUT)
+    numbers = {
+        "overflow": {"limit": 1.6e6},
+        "periodic_disturbance": {"amplitude": 8e4, "frequency_hz": 4.3, "phase_rad": 0.4},
+    }
+    rightly = (ripple, relief) if relieved_last else (relief, ripple)
+    there, wrong = PATH, PATH
+    for one, other in zip(rightly, rightly[::-1], strict=True):
+        there, wrong = add_effect(there, one, numbers[one.name]), add_effect(wrong, other, numbers[other.name])
+    problem = shaken(there, 1.5, 1.1)
+    bench = Bench(problem, nominal_terms(PATH, problem.signal))
+    freed = {name: tuple(values) for name, values in numbers.items()}
+    begin = hypothesis(problem, wrong, bench.nominal, freed)
+    found = bench.explained(fit_hypothesis(problem, begin, [begin.start()]), tuple(freed), freed, glance=True)
+    put, _ = in_sequence(bench, found, relief)
+    names = [effect.name for effect in put.fit.path.effects if effect.name in freed]
+    assert names == [one.name for one in rightly]
+    again, _ = in_sequence(bench, put, relief)
+    assert again is put
 
 
 def test_an_effect_stays_on_its_side_when_its_form_is_changed() -> None:

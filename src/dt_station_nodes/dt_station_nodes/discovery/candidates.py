@@ -151,11 +151,13 @@ def _peaks(problem: Problem, residual: Array) -> list[float]:
 
 
 def add_effect(path: PathSpec, candidate: Candidate, parameters: Mapping[str, float]) -> PathSpec:
-    """The path with one more effect; a former one of the same name is replaced."""
-    kept = tuple(effect for effect in path.effects if effect.name != candidate.name)
+    """The path with one more effect; one of the same name is replaced where it stands."""
     complete = candidate.effect.complete(dict(parameters))
     new = EffectSpec.model_construct(name=candidate.name, at=candidate.at, parameters=complete)
-    return path.model_copy(update={"effects": (new, *kept) if candidate.first else (*kept, new)})
+    effects = tuple(new if effect.name == candidate.name else effect for effect in path.effects)
+    if all(effect is not new for effect in effects):
+        effects = (new, *effects) if candidate.first else (*effects, new)
+    return path.model_copy(update={"effects": effects})
 
 
 def as_it_stands(path: PathSpec, name: str, added: Sequence[str]) -> Candidate:

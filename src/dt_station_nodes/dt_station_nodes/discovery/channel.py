@@ -16,12 +16,13 @@ from .parsimony import simplified
 from .problem import Problem
 from .recurring import recurring
 from .result import Verdict
-from .search import StoppedError, scan, scan_whole
+from .search import scan, scan_whole
 from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .sense import sensible
 from .settings import DiscoverySettings
 from .silence import as_parameters, fits_roughly, silent_verdict
 from .strangers import SAME, other_dynamics, stranger
+from .tasks import StoppedError
 from .terms import nominal_terms
 from .workers import ALONE, Workers
 

@@ -1,14 +1,14 @@
 """Forward selection: every candidate fitted jointly with the nominal parameters, on bases that grow."""
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .candidates import Candidate, Freed, all_starts, hypothesis, library, pair_starts, plain_starts
+from .candidates import all_starts, hypothesis, library, pair_starts, plain_starts
 from .distinct import distinct
 from .hypothesis_fit import Group, fit_groups, fit_hypothesis
 from .parsimony import as_near, at_usual, without
@@ -17,6 +17,7 @@ from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
 from .start_groups import by_form, unbent, unlike
 from .stick_slip import climbed, sticks
+from .tasks import SETTLED, Task, against, best_of, each, forms_of
 from .terms import Hypothesis
 
 Array = NDArray[np.float64]
@@ -24,35 +25,9 @@ _Steps = tuple[list[Explanation], dict[str, Explanation]]
 
 SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
 _MANY = 4  # starts to follow of a contact that grips
-SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
 
 
-@dataclass(frozen=True, slots=True)
-class _Task:
-    """One more effect on a base; `seen`: the plain form found, `other`: its other form, `finer`: refined ones.
-
-    What will not get below the cost of a `rival` is not followed to its end; what costs more is not settled.
-    """
-
-    base: Explanation
-    candidate: Candidate
-    seen: Explanation | None = None
-    other: Explanation | None = None
-    finer: tuple[Explanation, ...] = ()
-    rival: float = np.inf
-
-    @property
-    def freed(self) -> Freed:
-        """Parameters that the base's effects have free."""
-        return {name: freed for name, freed in self.base.freed.items() if name != self.candidate.name}
-
-    @property
-    def added(self) -> tuple[str, ...]:
-        """The names."""
-        return (*(name for name in self.base.added if name != self.candidate.name), self.candidate.name)
-
-
-def _glance(bench: Bench, task: _Task) -> _Task:
+def _glance(bench: Bench, task: Task) -> Task:
     """A few steps of the plain form: enough to see which candidates deserve the whole."""
     starts, near, like = _starts(bench, task)
     forms = [] if bench.rough else by_form(like, starts, tuned=False)
@@ -61,7 +36,7 @@ def _glance(bench: Bench, task: _Task) -> _Task:
     return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True))
 
 
-def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypothesis]:
+def _starts(bench: Bench, task: Task) -> tuple[list[Array], list[Array], Hypothesis]:
     """Starts from the base's nominal parameters, and from the given ones where it may have bent them to hide it."""
     base = task.base
     freed = {**task.freed, task.candidate.name: task.candidate.required}
@@ -73,7 +48,7 @@ def _starts(bench: Bench, task: _Task) -> tuple[list[Array], list[Array], Hypoth
     return starts, unbent(bench.nominal, starts), hypotheses[0]
 
 
-def _spared(task: _Task, groups: list[Group], anew: list[Group]) -> tuple[list[Group], list[Group]]:
+def _spared(task: Task, groups: list[Group], anew: list[Group]) -> tuple[list[Group], list[Group]]:
     """Groups to follow anyhow, and those that a further effect is spared where it leaves nothing but noise.
 
     A single one is named with its numbers: the best of all its starts counts, however little the others leave.
@@ -81,7 +56,7 @@ def _spared(task: _Task, groups: list[Group], anew: list[Group]) -> tuple[list[G
     return (groups, anew) if task.base.added else ([*groups, *anew], [])
 
 
-def _plain(bench: Bench, task: _Task) -> _Task:
+def _plain(bench: Bench, task: Task) -> Task:
     """The plain form from several starts."""
     problem, base, candidate = bench.problem, task.base, task.candidate
     starts, near, like = _starts(bench, task)
@@ -103,7 +78,7 @@ def _plain(bench: Bench, task: _Task) -> _Task:
     return replace(task, candidate=candidate, seen=bench.judged(found), other=other, finer=near_by)
 
 
-def _refined(bench: Bench, task: _Task) -> _Task:
+def _refined(bench: Bench, task: Task) -> Task:
     """Refined forms around the plain one: with its best single refinement, and with all of them."""
     if task.seen is None:
         return task
@@ -120,7 +95,7 @@ def _refined(bench: Bench, task: _Task) -> _Task:
     return replace(task, finer=(*task.finer, *(bench.judged(e) for e in (*ones, whole))))
 
 
-def _stepped(bench: Bench, task: _Task, path: PathSpec, forms: Refinements) -> _Steps:
+def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _Steps:
     """The best step of refinement from a plain form's `path`, that of a grip if better; and those of one parameter."""
     steps = {n: _form(bench, task, n, step_starts(path, forms, n), 4, _MANY if n == GRIP else 1) for n in forms.steps}
     # A grip has many starts: what a contact does otherwise is not to be lost behind it.
@@ -135,7 +110,7 @@ def _stepped(bench: Bench, task: _Task, path: PathSpec, forms: Refinements) -> _
 
 
 def _form(
-    bench: Bench, task: _Task, optional: tuple[str, ...], paths: list[PathSpec], iterations: int, keep: int
+    bench: Bench, task: Task, optional: tuple[str, ...], paths: list[PathSpec], iterations: int, keep: int
 ) -> Explanation:
     """The form with some optional parameters free too, from where `paths` stand; not judged yet."""
     freed = {**task.freed, task.candidate.name: task.candidate.required + optional}
@@ -149,13 +124,9 @@ def _form(
     return bench.explained(fit, task.added, freed, glance=True)
 
 
-def _forms(task: _Task) -> tuple[Explanation, ...]:
-    return (*([] if task.seen is None else [task.seen]), *task.finer)
-
-
-def _settled(bench: Bench, task: _Task) -> _Task:
+def _settled(bench: Bench, task: Task) -> Task:
     """The form that earns its parameters; what misses the run by far has nothing to settle on the other."""
-    forms = [bench.settled(form) if form.fit.fitted.cost <= task.rival else form for form in _forms(task)]
+    forms = [bench.settled(form) if form.fit.fitted.cost <= task.rival else form for form in forms_of(task)]
     if not forms:
         return task
     nearest = forms[-1]
@@ -164,50 +135,6 @@ def _settled(bench: Bench, task: _Task) -> _Task:
     # What is as large as its refined form says may be felt by what comes behind it.
     other = best if bench.rough else in_sequence(bench, best, task.candidate)[0]
     return replace(task, seen=best if other is best else bench.settled(other))
-
-
-class StoppedError(KeyboardInterrupt):
-    """A search was interrupted; `found` is what it knew by then."""
-
-    def __init__(self, found: list[Explanation]) -> None:
-        super().__init__()
-        self.found = found
-
-
-def _each(bench: Bench, work: Callable[[Bench, _Task], _Task], tasks: Sequence[_Task]) -> list[_Task]:
-    """All tasks' results in their order, whatever the number of workers; StoppedError with those done on Ctrl-C."""
-    done: list[_Task] = []
-    try:
-        for result in bench.workers.results(partial(work, bench.alone), tasks):
-            done.append(result)
-            if bench.progress is not None and work is not _glance:
-                bench.progress(f"{bench.problem.channel.value}: {' + '.join(result.added)}")
-    except KeyboardInterrupt:
-        raise StoppedError(_known(bench, done)) from None
-    return done
-
-
-def _known(bench: Bench, done: Sequence[_Task]) -> list[Explanation]:
-    """Explanations of an interrupted stage; rough data are not judged by a glance."""
-    return [task.seen for task in done if task.seen is not None and (task.seen.held or not bench.rough)]
-
-
-def _against(tasks: Sequence[_Task], times: float = SETTLED) -> list[_Task]:
-    """Tasks to be held against the best of them, `times` its cost."""
-    best = min((form.fit.fitted.cost for task in tasks for form in _forms(task)), default=np.inf)
-    return [replace(task, rival=min(times * best, task.rival)) for task in tasks]
-
-
-def _cost(task: _Task) -> float:
-    return np.inf if task.seen is None else task.seen.fit.fitted.cost
-
-
-def _best(tasks: Sequence[_Task], most: int) -> tuple[list[_Task], list[_Task]]:
-    """The `most` tasks of least cost in their order, and the others; forms apart take no one's place."""
-    order = sorted(range(len(tasks)), key=lambda i: (_cost(tasks[i]), i))
-    plain = np.cumsum([not tasks[i].candidate.apart for i in order])
-    chosen = {i for i, before in zip(order, plain, strict=True) if before <= most}
-    return [t for i, t in enumerate(tasks) if i in chosen], [t for i, t in enumerate(tasks) if i not in chosen]
 
 
 def scan(
@@ -220,16 +147,16 @@ def scan(
     """
     # Rough data have shallow minima: all that is fitted there is fitted refined, which a form apart would only disturb.
     pool = library(bench.problem.channel, apart=not bench.rough)
-    tasks = [_Task(base, c, rival=SETTLED * reached) for base in bases for c in pool if c.name not in base.added]
-    chosen, _ = _best(_each(bench, _glance, tasks), most)
+    tasks = [Task(base, c, rival=SETTLED * reached) for base in bases for c in pool if c.name not in base.added]
+    chosen, _ = best_of(each(bench, _glance, tasks, told=False), most)
     # A single effect may need all its way to be told from another; of larger sets far more are tried than can be one.
-    chosen = [task if not task.base.added else held for task, held in zip(chosen, _against(chosen, SEEN), strict=True)]
-    finer, others = _best(_against(_each(bench, _plain, chosen)), finest)
-    fitted = _each(bench, _settled, _against([*_each(bench, _refined, finer), *others]))
+    chosen = [task if not task.base.added else held for task, held in zip(chosen, against(chosen, SEEN), strict=True)]
+    finer, others = best_of(against(each(bench, _plain, chosen)), finest)
+    fitted = each(bench, _settled, against([*each(bench, _refined, finer), *others]))
     return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))
 
 
-def _whole(bench: Bench, task: _Task, iterations: int, keep: int) -> _Task:
+def _whole(bench: Bench, task: Task, iterations: int, keep: int) -> Task:
     """The form with all its parameters free, from the best of all their starts."""
     paths = all_starts(bench.problem, task.base.fit.path, task.candidate, task.base.fit.residual)
     names = task.candidate.refining(bench.problem.channel)
@@ -242,8 +169,8 @@ def scan_whole(bench: Bench, bases: Iterable[Explanation], most: int) -> list[Ex
     Where the plain form of an effect explains nothing, no step leads from it to the form that does.
     """
     pool = [c for c in library(bench.problem.channel, apart=False) if c.optional]
-    tasks = [_Task(base, c) for base in bases for c in pool if c.name not in base.added]
-    chosen, _ = _best(_each(bench, partial(_whole, iterations=3, keep=1), tasks), most)
-    whole = _each(bench, partial(_whole, iterations=bench.iterations, keep=3), _against(chosen))
-    fitted = _each(bench, _settled, whole)
+    tasks = [Task(base, c) for base in bases for c in pool if c.name not in base.added]
+    chosen, _ = best_of(each(bench, partial(_whole, iterations=3, keep=1), tasks), most)
+    whole = each(bench, partial(_whole, iterations=bench.iterations, keep=3), against(chosen))
+    fitted = each(bench, _settled, whole)
     return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))

@@ -38,9 +38,9 @@ UNUSUAL = {
     ("cross_coupling", "position"): 8.0,
     # A piston's drag grows with its speed's square where oil is thin and quick: a valve's limits are commoner.
     ("quadratic_damping", "position"): 6.0,
-    # What a supply cannot exceed is as often called saturation where it is a pressure.
     ("overflow", "pressure"): 4.0,
-    ("saturation", "output"): 5.0,
+    # What limits a pressure from behind is a relief valve more often than a supply.
+    ("saturation", "output"): 8.0,
     # A sensor that lags, waits or rings is rarer than a valve that does.
     ("delay", "output"): 3.0,
     ("extra_lag", "output"): 3.0,
@@ -58,7 +58,7 @@ UNUSUAL = {
 
 
 # The same against refinements: a rim is sharp, what bends softly is a valve; cross-talk comes at once or lags.
-UNUSUAL_FORMS = {("overflow", "rounding"): 6.0, ("cross_coupling", "at_once"): 8.0}
+UNUSUAL_FORMS = {("overflow", "rounding"): 3.0, ("cross_coupling", "at_once"): 8.0}
 NOTHING = 1e-6  # of a parameter's scale: it is at what changes nothing
 
 

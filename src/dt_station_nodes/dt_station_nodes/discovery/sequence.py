@@ -1,4 +1,4 @@
-"""Which comes first on the voltage's way: an effect that is added, or those that the given model has."""
+"""Which comes first on the signal's way: an effect that is added, or those that are there already."""
 
 from dataclasses import replace
 
@@ -10,20 +10,23 @@ from .candidates import Candidate, hypothesis
 from .hypothesis_fit import fit_hypothesis
 from .selection import Bench, Explanation
 
+_CLEARLY = 0.9  # of the misfit: what was added before and commutes with the candidate stays where it is
 _TRACE = 0.1  # times the working sigma: what the sequence changes by less is no difference
 
 
 def in_sequence(bench: Bench, found: Explanation, candidate: Candidate) -> tuple[Explanation, Candidate]:
-    """A glance at a candidate's fit and the candidate: on that side of the given model's effects that the runs say.
+    """A glance at a candidate's fit and the candidate: on that side of the others at its place that the runs say.
 
-    A valve that rings or is off its null is still shut at 0 V; a limit of the card is not felt by what follows it.
+    A valve that rings or is off its null is still shut at 0 V; a limit of the card is not felt by what follows it; a
+    relief valve cuts off what ripples before it and not what a sensor adds.
     """
     effects = found.fit.path.effects
     place = next(i for i, effect in enumerate(effects) if effect.name == candidate.name)
-    own = [i for i, effect in enumerate(effects) if effect.name not in found.added]
-    if not own or (candidate.at or candidate.effect.attachment) is not Attachment.INPUT:
+    spot = candidate.at or candidate.effect.attachment
+    beside = [i for i, effect in enumerate(effects) if i != place and _spot(effect) is spot]
+    if not beside or spot is Attachment.STATE:
         return found, candidate
-    first = place > min(own)
+    first = place > min(beside)
     others = (*effects[:place], *effects[place + 1 :])
     ways = [(effects[place], *others) if first else (*others, effects[place])]
     if first:
@@ -39,9 +42,14 @@ def in_sequence(bench: Bench, found: Explanation, candidate: Candidate) -> tuple
         fit = fit_hypothesis(bench.problem, begin, iterations=bench.iterations)
         other = bench.explained(fit, found.added, found.freed, glance=True)
         floors = bench.floors(other)
-        if bench.misfit(other, floors) < bench.misfit(best, floors):
+        most = _CLEARLY if any(effects[i].name in found.added for i in beside) else 1.0
+        if bench.misfit(other, floors) < most * bench.misfit(best, floors):
             best, chosen = other, replace(candidate, first=first)
     return best, chosen
+
+
+def _spot(effect: EffectSpec) -> Attachment:
+    return effect.at or registry()[effect.name].attachment
 
 
 def _beyond_the_card(effect: EffectSpec) -> EffectSpec:

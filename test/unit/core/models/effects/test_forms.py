@@ -198,3 +198,16 @@ def test_air_in_a_sensors_line_is_soft_at_low_pressure_only() -> None:
         return STEP_S * float(np.sum(1.0 - (out[2000:] - out[1999]) / (0.05e6)))
 
     assert rise_s(low) > 3.0 * rise_s(high)
+
+
+def test_a_drift_that_never_settles_is_what_one_that_settles_ever_later_comes_to() -> None:
+    voltage = np.full(1500, 2.0)
+
+    def drifting(**settling: float) -> np.ndarray:
+        return pressure(voltage, having(PRESSURE, "gain_drift", rate_per_s=0.01, **settling))
+
+    never = drifting()
+    gaps = [float(np.max(np.abs(drifting(settling_s=t) - never))) for t in (10.0, 100.0, 1e4, 1e9)]
+    assert gaps == sorted(gaps, reverse=True)
+    assert gaps[0] > 1e5
+    assert gaps[-1] < 1.0

@@ -12,7 +12,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     age = c[TIME] + by_work * (s[0] - c[TIME])
     s[0] += abs(value) * c[SUBSTEP]
     time = max(age - p[2], 0.0)
-    elapsed = settling * (1.0 - math.exp(-time / settling)) if settling > 0.0 else time
+    elapsed = -settling * math.expm1(-time / settling) if settling > 0.0 else time
     turn = 2.0 * math.pi * age / p[5] if p[5] > 0.0 else 0.0
     return value * (1.0 + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn))
 
@@ -33,10 +33,11 @@ EFFECT = Effect(
         Parameter(
             "settling_s",
             Quantity.RUN_TIME,
-            "time constant with which the drift settles, 0 for never",
-            0.0,
+            "time constant with which the drift settles, 1e9 for never",
+            1.0,
             600.0,
             (5.0, 30.0),
+            neutral=1e9,
             optional=True,
         ),
         Parameter(

@@ -1,0 +1,86 @@
+"""What a search does at once: one more effect on a base, held against the others that it is tried with."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from .candidates import Candidate, Freed
+from .selection import Bench, Explanation
+
+SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One more effect on a base; `seen`: the plain form found, `other`: its other form, `finer`: refined ones.
+
+    What will not get below the cost of a `rival` is not followed to its end; what costs more is not settled.
+    """
+
+    base: Explanation
+    candidate: Candidate
+    seen: Explanation | None = None
+    other: Explanation | None = None
+    finer: tuple[Explanation, ...] = ()
+    rival: float = np.inf
+
+    @property
+    def freed(self) -> Freed:
+        """Parameters that the base's effects have free."""
+        return {name: freed for name, freed in self.base.freed.items() if name != self.candidate.name}
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """The names."""
+        return (*(name for name in self.base.added if name != self.candidate.name), self.candidate.name)
+
+
+def forms_of(task: Task) -> tuple[Explanation, ...]:
+    """The plain form found, and the refined ones."""
+    return (*([] if task.seen is None else [task.seen]), *task.finer)
+
+
+class StoppedError(KeyboardInterrupt):
+    """A search was interrupted; `found` is what it knew by then."""
+
+    def __init__(self, found: list[Explanation]) -> None:
+        super().__init__()
+        self.found = found
+
+
+def each(bench: Bench, work: Callable[[Bench, Task], Task], tasks: Sequence[Task], told: bool = True) -> list[Task]:
+    """All tasks' results in their order, whatever the number of workers; StoppedError with those done on Ctrl-C."""
+    done: list[Task] = []
+    try:
+        for result in bench.workers.results(partial(work, bench.alone), tasks):
+            done.append(result)
+            if bench.progress is not None and told:
+                bench.progress(f"{bench.problem.channel.value}: {' + '.join(result.added)}")
+    except KeyboardInterrupt:
+        raise StoppedError(_known(bench, done)) from None
+    return done
+
+
+def _known(bench: Bench, done: Sequence[Task]) -> list[Explanation]:
+    """Explanations of an interrupted stage; rough data are not judged by a glance."""
+    return [task.seen for task in done if task.seen is not None and (task.seen.held or not bench.rough)]
+
+
+def against(tasks: Sequence[Task], times: float = SETTLED) -> list[Task]:
+    """Tasks to be held against the best of them, `times` its cost."""
+    best = min((form.fit.fitted.cost for task in tasks for form in forms_of(task)), default=np.inf)
+    return [replace(task, rival=min(times * best, task.rival)) for task in tasks]
+
+
+def _cost(task: Task) -> float:
+    return np.inf if task.seen is None else task.seen.fit.fitted.cost
+
+
+def best_of(tasks: Sequence[Task], most: int) -> tuple[list[Task], list[Task]]:
+    """The `most` tasks of least cost in their order, and the others; forms apart take no one's place."""
+    order = sorted(range(len(tasks)), key=lambda i: (_cost(tasks[i]), i))
+    plain = np.cumsum([not tasks[i].candidate.apart for i in order])
+    chosen = {i for i, before in zip(order, plain, strict=True) if before <= most}
+    return [t for i, t in enumerate(tasks) if i in chosen], [t for i, t in enumerate(tasks) if i not in chosen]
