@@ -209,5 +209,5 @@ def test_a_drift_that_never_settles_is_what_one_that_settles_ever_later_comes_to
     never = drifting()
     gaps = [float(np.max(np.abs(drifting(settling_s=t) - never))) for t in (10.0, 100.0, 1e4, 1e9)]
     assert gaps == sorted(gaps, reverse=True)
-    assert gaps[0] > 1e5
+    assert gaps[0] > 1e4
     assert gaps[-1] < 1.0
