@@ -33,6 +33,8 @@ _ONE_FORM = (
 )
 # A spool that slips no further than where it slides is a play operator: only its form apart is friction.
 _NOT_PLAIN = ("friction", Channel.PRESSURE)
+# What limits a pressure from behind and gives a little is a relief valve.
+_NOT_BEHIND = (("saturation", "rounding_v"), ("saturation", "passing"))
 _MOST_PAIRS = 150
 _STOPS = ("limit", "lower_limit", "standing")
 _STORES = ("curvature", "reference", "inlet_curvature")
@@ -75,7 +77,8 @@ class Candidate:
     def refining(self, channel: Channel) -> tuple[str, ...]:
         """Those that mean something on a channel and have starts."""
         known = {name: self.effect.parameter(name) for name in self.optional}
-        return tuple(name for name, p in known.items() if p.starts and channel in p.channels)
+        there = (name for name in known if self.at is not Attachment.OUTPUT or (self.name, name) not in _NOT_BEHIND)
+        return tuple(name for name in there if known[name].starts and channel in known[name].channels)
 
     def _needs(self, parameter: Parameter) -> bool:
         plain = parameter.tried_first or parameter.name in self.also
