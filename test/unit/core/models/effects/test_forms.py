@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 PAPER = ModelSpec.from_yaml((Path(__file__).resolve().parents[5] / "config/models/paper.yaml").read_text())
 PRESSURE = PAPER.paths[Channel.PRESSURE].model_copy(update={"effects": ()})
 POSITION = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (), "disturbance": None})
+STATIC = PathSpec(numerator=[1.0], denominator=[1.0])
 STEP_S = 0.005
 
 
@@ -26,6 +27,11 @@ def having(path: PathSpec, name: str, at: str | None = None, **parameters: float
 
 def pressure(voltage: Array, path: PathSpec) -> Array:
     return PathSimulator(Channel.PRESSURE, STEP_S, voltage, np.zeros(0), 1e6, 1e6).simulate(path)
+
+
+def static(voltage: Array, path: PathSpec) -> Array:
+    """What comes of each voltage, a sample later, as a hold does."""
+    return PathSimulator(Channel.PRESSURE, STEP_S, voltage, np.zeros(0), 0.0, 0.0).simulate(path)
 
 
 def position(voltage: Array, path: PathSpec) -> Array:
@@ -155,9 +161,8 @@ def test_a_spool_that_ends_further_out_past_zero_opens_all_the_way(before: float
 
 def test_a_mass_that_rides_on_the_path_shows_in_jumps_and_not_at_rest() -> None:
     step = np.repeat([0.0, 1.0], [100, 3900])
-    static = PathSpec(numerator=[1.0], denominator=[1.0])
     # 1 + g s^2 / (s^2 + 2 z w s + w^2): a jump comes through 1 + g times, what stands as it is.
-    ridden = having(static, "resonance", frequency_hz=3.0, damping=0.09, share=-0.5, riding=-0.09)
+    ridden = having(STATIC, "resonance", frequency_hz=3.0, damping=0.09, share=-0.5, riding=-0.09)
     out = PathSimulator(Channel.PRESSURE, STEP_S, step, np.zeros(0), 0.0, 0.0).simulate(ridden)
     assert out[101] == pytest.approx(1.5, abs=0.06)
     assert out[-1] == pytest.approx(1.0, abs=1e-6)
@@ -165,9 +170,8 @@ def test_a_mass_that_rides_on_the_path_shows_in_jumps_and_not_at_rest() -> None:
 
 def test_a_loop_closes_where_iron_saturates() -> None:
     wave = 3.0 * np.sin(2.0 * np.pi * 0.25 * np.arange(1600) * STEP_S)
-    static = PathSpec(numerator=[1.0], denominator=[1.0])
     open_loop, closing = (
-        np.abs(pressure(wave, having(static, "hysteresis", half_width_v=0.2, depth=0.5, closes_v=v))[1:] - wave[:-1])
+        np.abs(pressure(wave, having(STATIC, "hysteresis", half_width_v=0.2, depth=0.5, closes_v=v))[1:] - wave[:-1])
         for v in (0.0, 0.7)
     )
     small, large = np.abs(wave[:-1]) < 0.05, np.abs(wave[:-1]) > 2.5
@@ -211,3 +215,43 @@ def test_a_drift_that_never_settles_is_what_one_that_settles_ever_later_comes_to
     assert gaps == sorted(gaps, reverse=True)
     assert gaps[0] > 1e4
     assert gaps[-1] < 1.0
+
+
+def rung(height: float, **more: float) -> np.ndarray:
+    """What is left of a step's ringing, per its height."""
+    step = np.repeat([0.0, height], [50, 1500])
+    mode = having(STATIC, "resonance", frequency_hz=2.0, damping=0.05, **more)
+    return (static(step, mode)[50:] - height) / height
+
+
+def test_behind_an_orifice_large_swings_die_sooner_and_small_ones_as_without() -> None:
+    large, small, plain = rung(4.0, doubling=1.0), rung(1e-4, doubling=1.0), rung(1.0)
+    assert np.allclose(rung(4.0), plain, atol=1e-9)
+    assert np.max(np.abs(small - plain)) < 1e-3
+    assert np.std(large) < 0.7 * np.std(plain)
+    assert np.allclose(rung(8.0, doubling=2.0), large, atol=1e-9)
+
+
+def test_an_uneven_loop_turns_over_a_longer_way_up_than_down() -> None:
+    triangle = np.concatenate([np.linspace(0.0, 2.0, 400), np.linspace(2.0, 0.0, 400)] * 3)
+
+    def lag(uneven: float) -> np.ndarray:
+        loop = having(STATIC, "hysteresis", half_width_v=0.3, bouc_wen=1.0, way_back=1.0, uneven=uneven)
+
+        return triangle[:-1] - static(triangle, loop)[1:]
+
+    even, odd, other = lag(0.0), lag(0.5), lag(-0.5)
+    up, down = slice(1600 + 40, 1600 + 100), slice(2000 + 40, 2000 + 100)
+    assert np.all(odd[up] < even[up])
+    assert np.all(odd[down] < even[down])
+    assert np.all(other[up] > even[up])
+    assert np.max(np.abs(odd)) == pytest.approx(0.3, rel=0.05)
+
+
+@pytest.mark.parametrize("ratio", [1.5, 3.0, 6.0])
+def test_memory_ends_where_it_began_and_starts_by_its_share_less(ratio: float) -> None:
+    step = np.repeat([0.0, 1.0], [50, 60_000])
+    answer = static(step, having(STATIC, "memory", share=0.3, slowest_s=4.0, ratio=ratio))
+    assert answer[51] == pytest.approx(0.7, abs=0.05)
+    assert answer[-1] == pytest.approx(1.0, abs=1e-6)
+    assert np.all(np.diff(answer[50:]) >= -1e-12)

@@ -17,6 +17,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if bouc_wen > 0.0 and half_width > 0.0 and value != s[10]:
         # Bouc-Wen, beta + gamma = 1: w z' = u' (1 - |z|^n) on the way out, w z' = u' (1 + (beta - gamma) |z|^n) back.
         move = (value - s[10]) / half_width
+        move /= 1.0 + p[7] if move > 0.0 else 1.0 - p[7]
         pieces = min(1 + int(abs(move) * 8.0), 400)
         for _ in range(pieces):
             bend = 1.0 if move * s[11] > 0.0 else -p[5]
@@ -107,6 +108,15 @@ EFFECT = Effect(
             0.0,
             3.0,
             (0.3,),
+            optional=True,
+        ),
+        Parameter(
+            "uneven",
+            Quantity.RATIO,
+            "by how much a Bouc-Wen loop takes longer to turn on the way up than on the mean of both ways",
+            -0.8,
+            0.8,
+            (0.2, -0.2),
             optional=True,
         ),
     ),

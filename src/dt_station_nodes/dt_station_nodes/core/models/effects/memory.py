@@ -14,7 +14,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     for j in range(4):
         s[j] += (value - s[j]) * (1.0 - math.exp(-c[SUBSTEP] / max(tau, 1e-6)))
         total += s[j]
-        tau /= 3.0
+        tau /= p[2]
     return value + share * (0.25 * total - value)
 
 
@@ -27,10 +27,20 @@ EFFECT = Effect(
         Parameter(
             "slowest_s",
             Quantity.RUN_TIME,
-            "slowest of four time constants, each a third of the next",
+            "slowest of four time constants",
             0.1,
             60.0,
             (1.0, 8.0),
+        ),
+        Parameter(
+            "ratio",
+            Quantity.RATIO,
+            "how many times the next each time constant is",
+            1.1,
+            10.0,
+            (1.8,),
+            neutral=3.0,
+            optional=True,
         ),
     ),
     step=_step,

@@ -2,8 +2,28 @@
 
 import math
 
+from numba import njit
+
 from ..compiled import RAW_INPUT, SPEED_GAIN, STATIC_GAIN, SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
+
+_CONSTANT = 1e11  # a swing at which it has not doubled
+
+
+@njit(cache=True)
+def _matrix(s: Doubles, w: float, damping: float, h: float) -> None:
+    """exp(A h) of the mode's state matrix, kept in the state."""
+    decay = math.exp(-damping * w * h)
+    if damping < 1.0:
+        wd = w * math.sqrt(max(1.0 - damping * damping, 1e-12))
+        cosine, sine = math.cos(wd * h), math.sin(wd * h) / wd
+    else:
+        wd = w * math.sqrt(max(damping * damping - 1.0, 1e-12))
+        cosine, sine = math.cosh(wd * h), math.sinh(wd * h) / wd
+    s[3] = decay * (cosine + damping * w * sine)
+    s[4] = decay * sine
+    s[5] = -w * w * decay * sine
+    s[6] = decay * (cosine - damping * w * sine)
 
 
 @effect_step
@@ -12,34 +32,23 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     given = value
     if beside != 0.0 or beside_rate != 0.0:
         given = c[RAW_INPUT]
+    w = 2.0 * math.pi * frequency
     if s[2] == 0.0:
         s[2] = 1.0
         s[0] = given
         s[1] = 0.0
-        w = 2.0 * math.pi * frequency
-        h = c[SUBSTEP]
-        # exp(A h) of the mode's state matrix, kept in the state since it is the same at every sub-step.
-        decay = math.exp(-damping * w * h)
-        if damping < 1.0:
-            wd = w * math.sqrt(max(1.0 - damping * damping, 1e-12))
-            cosine, sine = math.cos(wd * h), math.sin(wd * h) / wd
-        else:
-            wd = w * math.sqrt(max(damping * damping - 1.0, 1e-12))
-            cosine, sine = math.cosh(wd * h), math.sinh(wd * h) / wd
-        s[3] = decay * (cosine + damping * w * sine)
-        s[4] = decay * sine
-        s[5] = -w * w * decay * sine
-        s[6] = decay * (cosine - damping * w * sine)
+        _matrix(s, w, damping, c[SUBSTEP])
+    if p[6] < _CONSTANT:
+        _matrix(s, w, damping * (1.0 + abs(s[1]) / (w * p[6])), c[SUBSTEP])
     before = s[0]
     offset = before - given
     rate = s[1]
     s[0] = given + s[3] * offset + s[4] * rate
     s[1] = s[5] * offset + s[6] * rate
     if beside != 0.0 or beside_rate != 0.0:
-        w = 2.0 * math.pi * frequency
         unit = c[STATIC_GAIN] if c[STATIC_GAIN] != 0.0 else c[SPEED_GAIN] / w
         return value + unit * (beside * s[0] + beside_rate * s[1] / w)
-    mean_rate = 0.5 * (rate + s[1]) / (2.0 * math.pi * frequency)
+    mean_rate = 0.5 * (rate + s[1]) / w
     return value + share * (0.5 * (before + s[0]) - value) + p[3] * mean_rate
 
 
@@ -91,6 +100,16 @@ EFFECT = Effect(
             (0.1,),
             optional=True,
             apart=True,
+        ),
+        Parameter(
+            "doubling",
+            Quantity.SIGNAL,
+            "rate of the swing, over its angular frequency, at which its damping has doubled, as behind an orifice",
+            0.02,
+            50.0,
+            (0.5,),
+            neutral=1e12,
+            optional=True,
         ),
     ),
     step=_step,
