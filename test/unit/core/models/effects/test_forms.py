@@ -179,6 +179,14 @@ def test_a_loop_closes_where_iron_saturates() -> None:
     assert closing[large].max() < 0.01 * open_loop[large].max()
 
 
+def test_a_loop_that_closes_may_be_widest_anywhere() -> None:
+    wave = 2.0 * np.sin(2.0 * np.pi * 0.25 * np.arange(1600) * STEP_S)
+    loop = {"half_width_v": 0.2, "depth": 0.5, "closes_v": 0.7}
+    about_zero = static(wave, having(STATIC, "hysteresis", **loop))
+    shifted = static(wave + 1.5, having(STATIC, "hysteresis", open_at_v=1.5, **loop))
+    assert np.allclose(shifted[800:] - 1.5, about_zero[800:], atol=1e-9)
+
+
 def test_a_leak_grows_as_its_oil_warms() -> None:
     load, still = np.full(4000, 3e6), np.zeros(4000)
     cold, warming = (

@@ -35,7 +35,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         play = (1.0 - spread) * play + spread * total / 8.0
     loop = (1.0 - bouc_wen) * play + bouc_wen * (value - half_width * s[11])
     if p[6] > 0.0:
-        depth *= math.exp(-0.5 * (value / p[6]) ** 2)
+        depth *= math.exp(-0.5 * ((value - p[8]) / p[6]) ** 2)
     return value + depth * (loop - value)
 
 
@@ -104,7 +104,7 @@ EFFECT = Effect(
         Parameter(
             "closes_v",
             Quantity.INPUT,
-            "voltage about which the loop closes, as iron that saturates holds nothing back; 0: nowhere",
+            "voltage over which the loop closes, as iron that saturates holds nothing back; 0: nowhere",
             0.0,
             3.0,
             (0.3,),
@@ -117,6 +117,15 @@ EFFECT = Effect(
             -0.8,
             0.8,
             (0.2, -0.2),
+            optional=True,
+        ),
+        Parameter(
+            "open_at_v",
+            Quantity.INPUT,
+            "voltage at which a loop that closes is widest",
+            -2.0,
+            2.0,
+            (0.5,),
             optional=True,
         ),
     ),
