@@ -239,3 +239,20 @@ def test_a_name_that_leaves_a_little_is_told_with_one_that_leaves_not_much_more(
     monkeypatch.setattr(channel, "sensible", lambda *_: True)
     found = _decide(measure.bench, null.fit.residual, null, [null, named, other], interrupted=False)
     assert found.alternatives == ((("friction",),) if told_together else ((),))
+
+
+@pytest.mark.parametrize(
+    ("other", "verdict"), [(("dead_zone", "delay"), Verdict.NAMED), (("delay", "friction"), Verdict.UNEXPLAINED)]
+)
+def test_what_a_larger_set_with_the_name_explains_besides_mends_its_form_and_what_others_do_doubts_it(
+    fitted: tuple[Measure, Explanation],
+    monkeypatch: pytest.MonkeyPatch,
+    other: tuple[str, ...],
+    verdict: Verdict,
+) -> None:
+    measure, _ = fitted
+    null, named, larger = leaving(fitted, 10.0), leaving(fitted, 1.0, "dead_zone"), leaving(fitted, 0.1, *other)
+    monkeypatch.setattr(channel, "best_set", lambda *_: named)
+    known = [null, named, larger, leaving(fitted, 3.0, "friction")]
+    found = _decide(measure.bench, null.fit.residual, null, known, interrupted=False)
+    assert found.verdict is verdict

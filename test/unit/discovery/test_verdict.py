@@ -6,7 +6,7 @@ from typing import cast
 import pytest
 
 from dt_station_nodes.discovery.channel import Finding
-from dt_station_nodes.discovery.verdict import confidence
+from dt_station_nodes.discovery.verdict import better_without, confidence
 
 
 def finding(margin: float) -> Finding:
@@ -19,3 +19,27 @@ def finding(margin: float) -> Finding:
 def test_a_name_that_another_may_stand_for_is_no_surer_for_its_lead(margin: float) -> None:
     assert confidence(finding(margin), ("saturation",)) == confidence(finding(6.0), ("saturation",)) < 0.6
     assert confidence(finding(margin), ()) > 0.99
+
+
+def explained(*names: str, inside: bool = True) -> SimpleNamespace:
+    return SimpleNamespace(added=names, inside=inside)
+
+
+@pytest.mark.parametrize(
+    ("larger", "ahead", "doubts"),
+    [
+        (explained("delay", "bias"), 20.0, True),
+        (explained("delay", "bias"), 4.0, False),
+        (explained("friction", "bias"), 20.0, False),
+        (explained("memory", "bias", inside=False), 20.0, False),
+        (explained(), 20.0, False),
+    ],
+)
+def test_a_set_that_does_without_a_name_and_is_ahead_puts_it_in_doubt(
+    larger: SimpleNamespace, ahead: float, doubts: bool
+) -> None:
+    best = explained("friction")
+    ranked = {"best": best, "ranking": (larger, best), "scores": (-ahead, 0.0)}
+    doubted = cast("Finding", SimpleNamespace(**{**vars(finding(40.0)), **ranked}))
+    assert [vars(e) for e in better_without(doubted)] == ([vars(larger)] if doubts else [])
+    assert (confidence(doubted, ()) < confidence(finding(40.0), ())) is doubts
