@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import lfilter
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -38,6 +39,16 @@ def test_corners_jumps_and_noise_are_none(noise, hz):
     for course in (np.abs(turn - 0.5), (turn > 0.5).astype(float), turn, np.zeros(len(TIME))):
         assert not len(spikes(course + hiss))
     assert not len(spikes(np.round(20.0 * np.sin(2.0 * np.pi * turn)) + hiss))
+
+
+@pytest.mark.parametrize("late", [0.1, 0.3, 0.5, 0.6, 0.9])
+def test_a_slow_way_up_and_a_quick_way_back_is_none(late):
+    """An axis with a lag of one sample that a sawtooth drives: it turns within a sample or two."""
+    fine = 10
+    at = (np.arange(len(TIME) * fine) / fine + late) % 238.0
+    speed = np.where(at < 234.0, 0.01, -0.01 * 234.0 / 4.0)
+    lagging = lfilter([1.0 / fine], [1.0, 1.0 / fine - 1.0], speed)
+    assert not len(spikes(np.cumsum(lagging)[::fine]))
 
 
 def test_a_run_without_any_is_the_same_run():

@@ -31,7 +31,9 @@ def spikes(measured: Array) -> NDArray[np.intp]:
         _SHARE * float(np.std(measured)),
         _TIMES * float(np.quantile(off, _NEARLY_ALL)),
     )
-    peak = np.minimum(np.abs(measured[at] - measured[at - 1]), np.abs(measured[at] - measured[at + 1]))
+    before, behind = measured[at] - measured[at - 1], measured[at] - measured[at + 1]
+    # What lies between its neighbours is where a quick movement begins or ends.
+    peak = np.where(before * behind > 0.0, np.minimum(np.abs(before), np.abs(behind)), 0.0)
     return at[(off > least) & (bend < _SMOOTH * off) & (peak > _PEAK * off)]
 
 
