@@ -128,6 +128,13 @@ def test_a_pistons_stop_may_be_out_of_reach_and_is_no_relief_valve(problem: Prob
     )
 
 
+def test_a_limit_behind_the_path_that_gives_a_little_is_left_to_the_relief_valve() -> None:
+    refining = {(c.name, c.at): set(c.refining(Channel.PRESSURE)) for c in library(Channel.PRESSURE, apart=False)}
+    assert {"rounding_v", "passing"} <= refining["saturation", None]
+    assert not {"rounding_v", "passing"} & refining["saturation", Attachment.OUTPUT]
+    assert {"rounding", "override"} <= refining["overflow", Attachment.OUTPUT]
+
+
 def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert Candidate("friction") in library(Channel.POSITION)
     # A spool's friction is a form of its own.

@@ -48,7 +48,7 @@ _ONE_LINE = 1.5  # turns in a run, by which two peaks of a spectrum are one
 class Candidate:
     """An effect at a place (None: its usual one), in its plain form or in one `apart` from it.
 
-    `first`: before the effects that the given model has, not behind them; `also`: optional parameters that its plain
+    `first`: before the effects that a path has already, not behind them; `also`: optional parameters that its plain
     form has too.
     """
 
