@@ -1,7 +1,7 @@
 """The hypotheses: each effect of the library at each of its places, with the starts its fit begins from."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeVar
@@ -161,13 +161,6 @@ def add_effect(path: PathSpec, candidate: Candidate, parameters: Mapping[str, fl
     if all(effect is not new for effect in effects):
         effects = (new, *effects) if candidate.first else (*effects, new)
     return path.model_copy(update={"effects": effects})
-
-
-def as_it_stands(path: PathSpec, name: str, added: Sequence[str]) -> Candidate:
-    """The candidate that an effect `added` to a path is, at its place and on its side of the path's own effects."""
-    spec = path.effect(name)
-    behind = path.effects[path.effects.index(spec) :]
-    return Candidate(name, spec.at, first=any(effect.name not in added for effect in behind))
 
 
 def hypothesis(problem: Problem, path: PathSpec, nominal: tuple[Term, ...], freed: Freed) -> Hypothesis:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from ..core.models import PathSpec
-from .candidates import Freed, as_it_stands, hypothesis
+from .candidates import Candidate, Freed, hypothesis
 from .hypothesis_fit import fit_hypothesis
 from .refinements import refined_starts, refinements
 from .search import scan
@@ -47,7 +47,7 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
             for spec in bare.fit.path.effects:
                 if spec.name not in bare.added:
                     continue
-                candidate = as_it_stands(bare.fit.path, spec.name, bare.added)
+                candidate = Candidate(spec.name, spec.at)
                 if not candidate.optional:
                     continue
                 forms = refinements(bench.problem, bare.fit.path, candidate, bare.fit.residual, timed=not bench.rough)
