@@ -10,6 +10,7 @@ from ..core.models.effects import registry
 from ..core.run import Run
 from .channel import Finding, examine
 from .condense import condensed
+from .contenders import contenders
 from .data_checks import check_run
 from .drift import found_adrift
 from .echo import without_echo
@@ -29,18 +30,16 @@ from .result import (
     Trace,
     Verdict,
 )
-from .selection import Explanation
 from .settings import DiscoverySettings
 from .spikes import without_spikes
 from .standing import stands
-from .verdict import better_without, confidence, overall, sentence, why
+from .verdict import confidence, overall, sentence, why
 from .where import locate
 from .workers import Workers
 
 Progress = Callable[[str], None]
 
 
-AS_LITTLE = 2.0  # times the sum of squares: sets that leave more are no rivals
 _UNCHANGED = (Verdict.NOTHING_MISSING, Verdict.UNEXPLAINED)
 
 
@@ -159,10 +158,6 @@ def _result(
                         entry.check,
                     )
                 )
-            if proposal is None and any(finding.alternatives):
-                proposal = propose(finding, _same_size(finding))
-            elif proposal is None and better_without(finding):
-                proposal = propose(finding, better_without(finding)[:1])
         elif finding.verdict is Verdict.PARAMETERS_ONLY:
             effects.append(
                 NamedEffect(
@@ -174,10 +169,8 @@ def _result(
                     "refitting the nominal parameters alone brings the gap to the noise floor",
                 )
             )
-            if proposal is None and finding.alternatives[0] and verdict is Verdict.PARAMETERS_ONLY:
-                proposal = propose(finding, _instead(finding))
-        elif finding.verdict is Verdict.UNEXPLAINED and proposal is None and finding.best.added and not finding.rival:
-            proposal = propose(finding, _runners_up(finding))
+        if proposal is None:
+            proposal = propose(finding, contenders(finding, verdict))
     if verdict is not Verdict.NAMED:
         effects = [e for e in effects if e.name == "parameter_mismatch"] if verdict is Verdict.PARAMETERS_ONLY else []
     else:
@@ -227,24 +220,3 @@ def _validation(
 def _trace(problem: Problem, spec: ModelSpec, model: ModelSpec, units: Mapping[Channel, str]) -> Trace:
     channel = problem.channel
     return trace(problem, spec.paths[channel], model.paths[channel], units[channel])
-
-
-def _same_size(finding: Finding) -> list[Explanation]:
-    names = {name for group in finding.alternatives for name in group}
-    return [
-        e
-        for e, _ in zip(finding.ranking, finding.scores, strict=True)
-        if len(e.added) == len(finding.best.added) and names & set(e.added) and e is not finding.best
-    ][:2]
-
-
-def _instead(finding: Finding) -> list[Explanation]:
-    """The effects that could stand where parameters were refitted."""
-    return [e for e in finding.ranking if len(e.added) == 1 and e.added[0] in finding.alternatives[0]][:2]
-
-
-def _runners_up(finding: Finding) -> list[Explanation]:
-    """The next best that leaves about as little."""
-    most = AS_LITTLE * finding.best.fit.rss
-    others = (e for e in finding.ranking if e.inside and e.added and e is not finding.best)
-    return [e for e in others if e.fit.rss < most][:1]
