@@ -1,5 +1,6 @@
 """The search for single effects, and what it does where no plain form explains anything."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,17 +13,19 @@ from dt_station_nodes.core.models import ModelSpec, PathSimulator
 from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, search
-from dt_station_nodes.discovery.candidates import Candidate, add_effect, all_starts, grid, library
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, all_starts, grid, hypothesis, library
+from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.refinements import GRIP, refinements
 from dt_station_nodes.discovery.search import scan, scan_whole
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
-from dt_station_nodes.discovery.tasks import Task
+from dt_station_nodes.discovery.tasks import StoppedError, Task, each
 from dt_station_nodes.discovery.terms import nominal_terms
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
 NOISE_M = 2e-4
+Stage = Callable[[Bench, Task], Task]
 # Several plays side by side that only part of the voltage passes through.
 LOOPS = {"half_width_v": 0.5, "spread": 1.0, "depth": 0.7}
 
@@ -212,3 +215,32 @@ def test_a_mass_that_rides_on_the_path_is_a_mode_with_a_negative_share() -> None
     found = best_single(run_with("resonance", numbers, 1.5 * np.sign(np.sin(2.3 * np.arange(900) * 0.02))))
     assert "resonance" in found
     assert found["share"] == pytest.approx(-0.4, abs=0.05)
+
+
+@pytest.mark.parametrize("further", [False, True])
+def test_a_further_effect_is_followed_only_as_far_as_the_best_glance_promises(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch, further: bool
+) -> None:
+    """A single one is followed all its way: it has to be told from every other."""
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    base = fit_null(bench, path)
+    if further:
+        bias = add_effect(path, Candidate("bias"), {"bias_v": 0.01})
+        fit = fit_hypothesis(problem, hypothesis(problem, bias, bench.nominal, {"bias": ("bias_v",)}), iterations=2)
+        base = bench.explained(fit, ("bias",), {"bias": ("bias_v",)})
+    stages: list[list[Task]] = []
+
+    def noted(bench: Bench, work: Stage, tasks: Sequence[Task], told: bool = True) -> list[Task]:
+        stages.append(list(tasks))
+        if len(stages) == 2:
+            raise StoppedError([])
+        return each(bench, work, tasks, told)
+
+    monkeypatch.setattr(search, "each", noted)
+    with pytest.raises(StoppedError):
+        scan(bench, [base], 3, 1)
+    followed = stages[1]
+    best = min(t.seen.fit.fitted.cost for t in followed if t.seen is not None)
+    assert 3 <= len(followed) < len(stages[0])
+    assert {t.rival for t in followed} == {search.SEEN * best if further else np.inf}

@@ -1,0 +1,56 @@
+"""What a search follows of all that it tries at once."""
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.discovery.candidates import Candidate
+from dt_station_nodes.discovery.selection import Bench, Explanation
+from dt_station_nodes.discovery.tasks import SETTLED, StoppedError, Task, against, best_of, each
+from dt_station_nodes.discovery.workers import ALONE
+
+
+def explained(cost: float, held: bool = False) -> Explanation:
+    return cast("Explanation", SimpleNamespace(fit=SimpleNamespace(fitted=SimpleNamespace(cost=cost)), held=held))
+
+
+BASE = explained(1e3)
+
+
+def task(name: str, cost: float, *finer: float, apart: bool = False, rival: float = np.inf) -> Task:
+    forms = tuple(explained(one) for one in finer)
+    return Task(BASE, Candidate(name, apart=apart), seen=explained(cost), finer=forms, rival=rival)
+
+
+def test_what_is_tried_is_held_against_the_best_form_of_all() -> None:
+    tasks = [task("friction", 9.0), task("dead_zone", 7.0, 5.0), task("bias", 6.0, rival=3.0)]
+    assert [t.rival for t in against(tasks)] == [SETTLED * 5.0, SETTLED * 5.0, 3.0]
+    assert [t.rival for t in against(tasks, 1.3)] == [1.3 * 5.0, 1.3 * 5.0, 3.0]
+    assert against([]) == []
+
+
+def test_the_best_keep_their_order_and_a_form_apart_takes_no_ones_place() -> None:
+    tasks = [task("friction", 9.0), task("dead_zone", 3.0, apart=True), task("bias", 4.0), task("delay", 5.0)]
+    chosen, others = best_of(tasks, 2)
+    assert [t.candidate.name for t in chosen] == ["dead_zone", "bias", "delay"]
+    assert [t.candidate.name for t in others] == ["friction"]
+
+
+@pytest.mark.parametrize(("rough", "known"), [(False, [5.0, 4.0]), (True, [4.0])])
+def test_a_search_that_is_stopped_gives_what_it_knew(rough: bool, known: list[float]) -> None:
+    """On rough data a glance judges nothing: only what blocks held out have judged is known."""
+    results = {"friction": explained(5.0), "dead_zone": explained(4.0, held=True)}
+    bench = SimpleNamespace(rough=rough, workers=ALONE, progress=None)
+    bench.alone = bench
+
+    def work(_: Bench, one: Task) -> Task:
+        if one.candidate.name not in results:
+            raise KeyboardInterrupt
+        return Task(BASE, one.candidate, seen=results[one.candidate.name])
+
+    tasks = [Task(BASE, Candidate(name)) for name in ("friction", "dead_zone", "bias", "delay")]
+    with pytest.raises(StoppedError) as stopped:
+        each(cast("Bench", bench), work, tasks)
+    assert [e.fit.fitted.cost for e in stopped.value.found] == known
