@@ -12,14 +12,16 @@ sys.path.insert(0, str(Path(__file__).parent))
 from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator
+from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import growth
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
-from dt_station_nodes.discovery.choice import take_measure
+from dt_station_nodes.discovery.choice import WORTH_NOISE, take_measure
 from dt_station_nodes.discovery.growth import Growth
-from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.search import scan
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
+from dt_station_nodes.discovery.sense import sensible
 from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -187,3 +189,30 @@ def test_a_smaller_set_with_a_stranger_that_is_far_ahead_ends_the_growth(
     ]
     monkeypatch.setattr(growth, "take_measure", lambda *_: Scored())
     assert Growth(bench, null, known, 3)._foreign() is ends
+
+
+def test_a_name_that_does_not_mean_what_it_says_is_grown_from_although_it_leaves_nothing() -> None:
+    """A kink off zero in the form of a dead zone with one edge is none: what makes it is looked for."""
+    path = PAPER.paths[Channel.POSITION]
+    asymmetric = EffectSpec(name="asymmetric_gain", parameters={"asymmetry": 0.22})
+    rig = path.model_copy(update={"effects": (asymmetric, EffectSpec(name="bias", parameters={"bias_v": 0.006}))})
+    time_s = np.arange(1200) * 0.02
+
+    def driven(voltage: np.ndarray, seed: int) -> Problem:
+        position = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 1e6, 0.0).simulate(rig)
+        position += 8e-5 * np.random.default_rng(seed).standard_normal(voltage.size)
+        run = Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
+        return make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+
+    problem = driven(0.3 * np.sin(1.4 * time_s), 1)
+    bench = Bench(problem, nominal_terms(path, problem.signal), driven(0.3 * np.sign(np.sin(0.9 * time_s)), 2))
+    null = fit_null(bench, path)
+    known = [null, *scan(bench, [null], 6, 6)]
+    measure = take_measure(bench, known)
+    alone = min((e for e in known if e.added), key=measure.score)
+    assert measure.left(alone) < WORTH_NOISE * measure.noise
+    assert not sensible(alone, problem)
+    Growth(bench, null, known, 2).run()
+    leader = min((e for e in known if e.inside), key=take_measure(bench, known).score)
+    assert set(leader.added) == {"bias", "asymmetric_gain"}
+    assert sensible(leader, problem)

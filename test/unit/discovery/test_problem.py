@@ -8,9 +8,9 @@ import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, ModelSpec, PlantModel
-from dt_station_nodes.core.models.effects import registry
+from dt_station_nodes.core.models.effects import Attachment, Parameter, Quantity, registry
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery.problem import effect_term, make_problem
+from dt_station_nodes.discovery.problem import effect_term, make_problem, unit_of
 from dt_station_nodes.discovery.settings import DiscoverySettings
 
 PAPER = ModelSpec.from_yaml((Path(__file__).resolve().parents[3] / "config/models/paper.yaml").read_text())
@@ -90,3 +90,16 @@ def test_modes_are_looked_for_up_to_what_the_samples_can_show():
 def test_two_excitations_excite_at_their_harmonics_and_where_they_beat(known_hz: float, turns: float, excited: bool):
     problem = replace(problem_of(station_run(), Channel.POSITION), excitations_hz=(0.37, 0.15))
     assert problem.excited_at(known_hz + turns / problem.length_s, 0.2) is excited
+
+
+@pytest.mark.parametrize(
+    ("quantity", "power"), [(Quantity.SIGNAL, 1), (Quantity.PER_SIGNAL, -1), (Quantity.PER_SIGNAL_SQUARED, -2)]
+)
+def test_what_a_signal_measures_is_the_voltage_at_the_input_and_the_output_behind_the_path(quantity, power):
+    problem = problem_of(station_run(), Channel.POSITION)
+    parameter = Parameter("some", quantity, "something", 0.0, 1.0, (0.5,))
+    at_input, behind = (unit_of(problem, parameter, at) for at in (Attachment.INPUT, Attachment.OUTPUT))
+    assert np.isclose(at_input, problem.scales[Quantity.INPUT] ** power)
+    assert np.isclose(behind, problem.scales[Quantity.OUTPUT] ** power)
+    assert parameter.unit(Channel.POSITION, Attachment.INPUT) == {1: "V", -1: "1/V", -2: "1/V^2"}[power]
+    assert parameter.unit(Channel.POSITION, Attachment.OUTPUT) == {1: "m", -1: "1/m", -2: "1/m^2"}[power]

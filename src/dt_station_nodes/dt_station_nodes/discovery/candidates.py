@@ -168,7 +168,8 @@ def hypothesis(problem: Problem, path: PathSpec, nominal: tuple[Term, ...], free
     terms = list(nominal)
     for index, spec in enumerate(path.effects):
         effect = registry()[spec.name]
-        terms += [effect_term(problem, index, effect.parameter(p), spec.at) for p in freed.get(spec.name, ())]
+        at = spec.at or effect.attachment
+        terms += [effect_term(problem, index, effect.parameter(p), at) for p in freed.get(spec.name, ())]
     return Hypothesis(path, tuple(terms))
 
 

@@ -11,6 +11,7 @@ from ..core.models import PathSpec
 from .choice import Measure, alternatives, best_set, certain, take_measure
 from .distinct import distinct
 from .growth import MISSES, MOST, Growth
+from .neighbours import lessened
 from .noise import whiteness
 from .parsimony import simplified
 from .problem import Problem
@@ -125,7 +126,8 @@ def examine(
         elif silent_verdict(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:
             # What shifts a run's phase or size may be an effect as well as a parameter far off.
             known += scan(bench, [null], MOST, 0)
-        known = simplified(bench, known, take_measure(bench, known))
+        measure = take_measure(bench, known)
+        known = lessened(bench, known, simplified(bench, known, measure), measure)
     except KeyboardInterrupt as stop:
         interrupted = True
         known = distinct(bench, [*known, *(stop.found if isinstance(stop, StoppedError) else ())])

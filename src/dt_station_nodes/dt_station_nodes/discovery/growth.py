@@ -8,6 +8,7 @@ from .neighbours import exchange, reduced
 from .recurring import recurring
 from .search import scan
 from .selection import Bench, Explanation
+from .sense import sensible
 
 MORE_LEAVES = 0.6  # a third effect is tried only where the second left at most this
 BEAM = 3
@@ -64,10 +65,14 @@ class Growth:
 
     def _worth_more(self, leader: Explanation, measure: Measure) -> bool:
         # A form outside the vocabulary that leaves nothing ends the search too: more names would only mimic it.
-        left, gap = min(measure.left(e) for e in self._known), measure.left(self._null)
+        # What is not what its name says needs another name, however little it leaves.
+        believed = [e for e in self._known if measure.rough or not e.inside or sensible(e, self._bench.problem)]
+        gap = measure.left(self._null)
+        left = min((measure.left(e) for e in believed), default=gap)
         if not measure.bent(leader) and left <= WORTH_NOISE * measure.noise:
             return False
-        if not (measure.rough or measure.bent(leader) or could_add(leader, measure)):
+        foremost = min((e for e in believed if e.inside), key=measure.score, default=leader)
+        if not (measure.rough or measure.bent(leader) or could_add(foremost, measure)):
             return False
         return measure.score(self._null) - measure.score(leader) >= ENOUGH_TO_NAME or gap >= measure.noise
 

@@ -6,6 +6,8 @@ from functools import partial
 
 from ..core.models import PathSpec
 from .candidates import Candidate, Freed, hypothesis
+from .choice import Measure
+from .distinct import distinct
 from .hypothesis_fit import fit_hypothesis
 from .refinements import refined_starts, refinements
 from .search import scan
@@ -67,3 +69,16 @@ def _fitted(bench: Bench, task: _Bare) -> Explanation:
 def exchange(bench: Bench, leader: Explanation, most: int, finest: int, reached: float) -> list[Explanation]:
     """Every candidate in place of each of a set's effects: the order they were found in may have misled the search."""
     return scan(bench, [_without(bench, leader, name) for name in leader.added], most, finest, reached)
+
+
+def lessened(
+    bench: Bench, before: Iterable[Explanation], known: list[Explanation], measure: Measure
+) -> list[Explanation]:
+    """What is known; if a larger set leads in a form that it had not `before`, that less each effect too.
+
+    A form come upon on a larger set's way may be all that one of its effects lacked.
+    """
+    leader = min((e for e in known if e.inside), key=measure.score)
+    if bench.rough or len(leader.added) < 2 or any(e is leader for e in before):
+        return known
+    return distinct(bench, [*known, *reduced(bench, [leader])])

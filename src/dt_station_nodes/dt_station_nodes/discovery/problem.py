@@ -219,10 +219,13 @@ def make_problem(
     )
 
 
+_OF_SIGNAL = {Quantity.SIGNAL: 1.0, Quantity.PER_SIGNAL: -1.0, Quantity.PER_SIGNAL_SQUARED: -2.0}  # powers of it
+
+
 def unit_of(problem: Problem, parameter: Parameter, at: Attachment | None) -> float:
     """The run's range of what a parameter measures, for an effect at a place."""
-    if parameter.quantity is Quantity.SIGNAL and at is Attachment.INPUT:
-        return problem.scales[Quantity.INPUT]
+    if at is Attachment.INPUT and parameter.quantity in _OF_SIGNAL:
+        return problem.scales[Quantity.INPUT] ** _OF_SIGNAL[parameter.quantity]
     return problem.scales[parameter.quantity]
 
 

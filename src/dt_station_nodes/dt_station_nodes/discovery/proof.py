@@ -96,7 +96,8 @@ def estimates(
             continue
         spec = fit.path.effects[term.effect]
         if spec.name in effects:
-            usual = registry()[spec.name].parameter(term.name).unit(finding.problem.channel, spec.at)
+            entry = registry()[spec.name]
+            usual = entry.parameter(term.name).unit(finding.problem.channel, spec.at or entry.attachment)
             own = re.sub(rf"\b{finding.problem.channel.unit}\b", unit, usual)
             effects[spec.name][term.name] = Estimate(term.to_value(x), ends[0], ends[1], own)
     return nominal, effects

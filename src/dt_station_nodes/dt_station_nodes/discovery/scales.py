@@ -54,6 +54,8 @@ def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quan
         Quantity.INPUT_RATE: max(float(changes.max()), 1e-3 * high) / run.sample_time_s,
         Quantity.OUTPUT: output,
         Quantity.SIGNAL: output,
+        Quantity.PER_SIGNAL: 1.0 / output,
+        Quantity.PER_SIGNAL_SQUARED: 1.0 / output**2,
         Quantity.PER_OUTPUT: 1.0 / output,
         Quantity.PER_OUTPUT_SQUARED: 1.0 / output**2,
         Quantity.PER_OUTPUT_CUBED: 1.0 / output**3,

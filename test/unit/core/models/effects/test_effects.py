@@ -310,6 +310,27 @@ def test_a_volume_that_fills_slower_than_it_empties_lags_longer_upwards():
     assert missing_s[TIME[1:] >= 5.0].sum() == pytest.approx(mean_s * (1.0 - unequal), abs=TS)
 
 
+@pytest.mark.parametrize("turbulence", [0.0, 0.5, 8.0])
+def test_a_volume_behind_a_turbulent_restrictor_closes_wide_gaps_slower(turbulence):
+    lag_s, high_v = 0.2, 1.5
+    voltage = np.where(TIME > 1.0, high_v, 0.0)
+    out = answer("extra_lag", {"time_constant_s": lag_s, "turbulence": turbulence}, voltage=voltage)
+    # The flow that a gap drives, and the gap summed over time as it closes: the integral of (1 + t q)(1 + 2 t q) dq.
+    flow = high_v if turbulence == 0.0 else (math.sqrt(1.0 + 4.0 * turbulence * high_v) - 1.0) / (2.0 * turbulence)
+    missing_vs = lag_s * (flow + 1.5 * turbulence * flow**2 + 2.0 / 3.0 * turbulence**2 * flow**3)
+    assert TS * np.abs(voltage[:-1] - out).sum() == pytest.approx(missing_vs, abs=TS * high_v)
+
+
+@pytest.mark.parametrize("unequal", [0.0, 0.3, -0.3])
+def test_a_pilot_that_opens_later_than_it_closes_delays_rising_voltages_longer(unequal):
+    mean_s, slope = 0.1, 0.5
+    ramps = slope * np.minimum(TIME, TIME[-1] - TIME)
+    late_s = (ramps[:-1] - answer("delay", {"delay_s": mean_s, "unequal": unequal}, voltage=ramps)) / slope
+    rising, falling = (TIME[1:] > 1.0) & (TIME[1:] < 4.0), TIME[1:] > 0.5 * TIME[-1] + 1.0
+    assert late_s[rising] == pytest.approx(mean_s * (1.0 + unequal), abs=0.6 * TS)
+    assert -late_s[falling] == pytest.approx(mean_s * (1.0 - unequal), abs=0.6 * TS)
+
+
 def test_extra_lag_is_the_exact_first_order_answer():
     out = answer("extra_lag", {"time_constant_s": 0.1}, FAST, np.where(TIME < 0.1, 0.0, 1.0))
     t = TIME[1:] - 0.1

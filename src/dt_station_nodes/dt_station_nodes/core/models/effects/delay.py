@@ -27,17 +27,29 @@ def _dispersed(s: Doubles, delay: float, order: float, h: float, value: float) -
     return output
 
 
+@njit(cache=True)
+def _leaning(s: Doubles, delay: float, h: float, value: float) -> float:
+    """1 while the voltage rises, -1 while it falls; it takes the dead time itself to turn from one to the other."""
+    if value != s[518]:
+        s[517] = 1.0 if value > s[518] else -1.0
+        s[518] = value
+    s[519] += (s[517] - s[519]) * -math.expm1(-h / max(delay, h))
+    return s[519]
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[513] == 0.0:
         s[513] = 1.0
         for j in range(512):
             s[j] = value
+        s[518] = value
     head = int(s[512])
     s[head] = value
     wander = p[2] * math.sin(2.0 * math.pi * p[3] * c[TIME] + p[4]) if p[2] != 0.0 else 0.0
+    longer = p[6] * _leaning(s, p[0], c[SUBSTEP], value) if p[6] != 0.0 else 0.0
     spread = p[0] * min(p[5], 1.0)
-    behind = min(max((p[0] * (1.0 + p[1] * abs(value) + wander) - spread) / c[SUBSTEP], 0.0), 510.0)
+    behind = min(max((p[0] * (1.0 + p[1] * abs(value) + wander + longer) - spread) / c[SUBSTEP], 0.0), 510.0)
     whole = int(behind)
     part = behind - whole
     recent = s[(head - whole) % 512]
@@ -84,12 +96,21 @@ EFFECT = Effect(
             apart=True,
             usual=(1.0, 2.0),
         ),
+        Parameter(
+            "unequal",
+            Quantity.RATIO,
+            "how much longer than its mean it is upwards, and shorter downwards, as a pilot opens and closes",
+            -0.9,
+            0.9,
+            (0.1, -0.1),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Apply a step and time the first movement; look at the card's buffering, bus cycles and long hoses.",
     source="dead time as a ring of sub-steps with linear interpolation; "
     "Franklin, Powell & Emami-Naeini, Feedback Control of Dynamic Systems (2002): Pade element",
-    state_size=_SLOTS + 5,
+    state_size=_SLOTS + 8,
     sub_stepped=True,
     also=on_both(Attachment.OUTPUT),
 )

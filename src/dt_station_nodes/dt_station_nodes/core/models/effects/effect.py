@@ -25,6 +25,8 @@ class Quantity(Enum):
     INPUT_RATE = "V/s"
     OUTPUT = "output"
     SIGNAL = "signal"  # V where the effect sits on the input, else as OUTPUT
+    PER_SIGNAL = "1/signal"
+    PER_SIGNAL_SQUARED = "1/signal^2"
     VELOCITY = "output/s"
     TIME = "s"
     RUN_TIME = "s, of the run"
@@ -87,9 +89,8 @@ class Parameter:
 
     def unit(self, channel: Channel, at: "Attachment | None" = None) -> str:
         """Unit on a channel, with the channel's own unit in place of `output`."""
-        if self.quantity is Quantity.SIGNAL:
-            return "V" if at is Attachment.INPUT else channel.unit
-        return self.quantity.value.partition(",")[0].replace("output", channel.unit)
+        own = "V" if at is Attachment.INPUT else channel.unit
+        return self.quantity.value.partition(",")[0].replace("signal", own).replace("output", channel.unit)
 
 
 # Of what moves towards zero otherwise than away from it (`sided`).

@@ -22,13 +22,21 @@ def _lag(s: Doubles, at: int, time_constant: float, substep: float, value: float
     return value + (before - value) * (1.0 - left) / ratio
 
 
+@njit(cache=True)
+def _slowed(gap: float, turbulence: float) -> float:
+    """Factor of the time constant of a volume behind a restrictor whose drop is q + turbulence q^2 at a flow of q."""
+    return 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * turbulence * abs(gap)))
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[1] == 0.0:
         s[1] = 1.0
         s[0] = value
         s[2] = value
-    first = _lag(s, 0, p[0] * sided(value - s[0], s[0], p[3], -p[4], p[5]), c[SUBSTEP], value)
+    gap = value - s[0]
+    lag = p[0] * sided(gap, s[0], p[3], -p[4], p[5]) * _slowed(gap, p[6])
+    first = _lag(s, 0, lag, c[SUBSTEP], value)
     return _lag(s, 2, p[1], c[SUBSTEP], p[2] * value + (1.0 - p[2]) * first)
 
 
@@ -69,10 +77,19 @@ EFFECT = Effect(
             optional=True,
         ),
         PAST_ZERO,
+        Parameter(
+            "turbulence",
+            Quantity.PER_SIGNAL,
+            "t of a restrictor whose drop at a flow of q is q + t q^2, both as steady gaps: wide ones close slower",
+            0.0,
+            100.0,
+            (1.0,),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Measure amplifier current against voltage, and the sensor's filter; compare the step answer's first part.",
-    source="first-order element, exact for a held input",
+    source="first-order element, exact for a held input; drop of a restrictor: Merritt (1967), 3.3",
     state_size=3,
     sub_stepped=True,
     also=on_both(Attachment.OUTPUT),

@@ -8,6 +8,7 @@ from ..compiled import RAW_INPUT, SPEED_GAIN, STATIC_GAIN, SUBSTEP, Doubles, eff
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 _CONSTANT = 1e11  # a swing at which it has not doubled
+_SOFTEST = 0.05  # stiffness left of a spring that softens, however far it swings
 
 
 @njit(cache=True)
@@ -38,8 +39,10 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[0] = given
         s[1] = 0.0
         _matrix(s, w, damping, c[SUBSTEP])
-    if p[6] < _CONSTANT:
-        _matrix(s, w, damping * (1.0 + abs(s[1]) / (w * p[6])), c[SUBSTEP])
+    if p[6] < _CONSTANT or p[7] != 0.0:
+        halfway = s[0] - given + 0.5 * c[SUBSTEP] * s[1]
+        hardened = math.sqrt(max(1.0 + p[7] * halfway**2, _SOFTEST))
+        _matrix(s, w * hardened, damping * (1.0 + abs(s[1]) / (w * p[6])) / hardened, c[SUBSTEP])
     before = s[0]
     offset = before - given
     rate = s[1]
@@ -111,10 +114,19 @@ EFFECT = Effect(
             neutral=1e12,
             optional=True,
         ),
+        Parameter(
+            "stiffening",
+            Quantity.PER_SIGNAL_SQUARED,
+            "relative growth of its stiffness over the square of its swing, below 0 its softening",
+            -1.0,
+            10.0,
+            (0.3, -0.1),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Tap or step the rig and listen for ringing; look at hose length, trapped air and frame stiffness.",
-    source="second-order mode; hydraulic natural frequency as Merritt (1967), 6.2",
+    source="second-order mode; hydraulic natural frequency as Merritt (1967), 6.2; stiffening as Duffing (1918)",
     state_size=7,
     sub_stepped=True,
     also=on_both(Attachment.OUTPUT),
