@@ -58,6 +58,11 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 23.0, "damping": 0.1}),
         (
             "resonance",
+            {"frequency_hz": 4.0, "damping": 0.1, "beside": 0.7, "beside_rate": -1.0},
+            {"frequency_hz": 4.0, "damping": 0.1, "beside": 0.7, "beside_rate": -3.0},
+        ),
+        (
+            "resonance",
             {"frequency_hz": 4.0, "damping": 0.1, "share": 0.1},
             {"frequency_hz": 4.0, "damping": 0.4, "share": 0.2, "riding": 0.4},
         ),

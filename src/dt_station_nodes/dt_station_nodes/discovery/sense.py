@@ -17,6 +17,7 @@ FEWEST_TURNS = 1.5  # in a run, of what swells or by which two tones come apart:
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
 WIDEST_LOOP = 0.95  # of the voltage,
 MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
+LARGEST_MODE = 2.9  # beside a path, over that: the voltage of a closed loop shows what its output does
 QUICKEST_MODE = 0.39  # of the sampling frequency
 REACHED = 0.02  # of the run: less beyond a kink does not show it
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
@@ -55,12 +56,14 @@ def _leaves_room(path: PathSpec, _problem: Problem) -> bool:
 def _rings(path: PathSpec, problem: Problem) -> bool:
     """Whether a mode rings: a damped one is a lag under another name, one too quick is what the samples leave out.
 
-    One that rings little and carries little of the voltage only moves the path's own poles.
+    One that rings little and carries little of the voltage only moves the path's own poles; one far larger than the
+    path is read from a voltage that answers the output.
     """
     mode = path.effect("resonance").parameters
     damping, turn = mode["damping"], mode["frequency_hz"] * problem.simulator.sample_time_s
     heard = damping <= RINGING or float(np.hypot(mode["share"], mode["riding"])) >= LEAST_PEAK * 2.0 * damping
-    return heard and damping <= MOST_DAMPED and turn < QUICKEST_MODE
+    beside = max(abs(mode["beside"]), abs(mode["beside_rate"])) <= LARGEST_MODE
+    return heard and beside and damping <= MOST_DAMPED and turn < QUICKEST_MODE
 
 
 def _two_sided(path: PathSpec, problem: Problem) -> bool:
