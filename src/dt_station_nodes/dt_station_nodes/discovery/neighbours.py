@@ -74,11 +74,11 @@ def exchange(bench: Bench, leader: Explanation, most: int, finest: int, reached:
 def lessened(
     bench: Bench, before: Iterable[Explanation], known: list[Explanation], measure: Measure
 ) -> list[Explanation]:
-    """What is known; if a larger set leads in a form that it had not `before`, that less each effect too.
+    """What is known; as long as a larger set leads in a form that it had not `before`, that less each effect too.
 
     A form come upon on a larger set's way may be all that one of its effects lacked.
     """
     leader = min((e for e in known if e.inside), key=measure.score)
     if bench.rough or len(leader.added) < 2 or any(e is leader for e in before):
         return known
-    return distinct(bench, [*known, *reduced(bench, [leader])])
+    return lessened(bench, known, distinct(bench, [*known, *reduced(bench, [leader])]), measure)
