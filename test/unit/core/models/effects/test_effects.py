@@ -366,6 +366,24 @@ def test_a_mode_beside_the_path_swings_with_the_voltage(path, unit):
     assert np.dot(swing, rate) == pytest.approx(0.0, abs=0.1 * np.dot(swing, swing))
 
 
+@pytest.mark.parametrize("path", [FAST, INTEGRATOR])
+def test_a_mode_beside_the_path_stiffens_with_what_the_output_shows_of_its_swing(path):
+    times, voltage = 40.0, np.sign(np.sin(2 * math.pi * 0.3 * np.arange(500) * TS))
+    mode = {"frequency_hz": 1.5, "damping": 0.1, "beside": 0.3}
+
+    def out(gain, **more):
+        paths = {Channel.POSITION: path.model_copy(update={"gain": gain * path.gain}), Channel.PRESSURE: STATIC}
+        spec = ModelSpec(name="t", paths=paths)
+        own = spec.with_effect(Channel.POSITION, "resonance", {**mode, **more}, at=Attachment.OUTPUT)
+        return PlantModel(own, TS).simulate(voltage, voltage).position_m
+
+    size = float(np.std(out(1.0)))
+    curved = out(1.0, doubling=size, stiffening=0.5 / size**2)
+    assert np.std(curved - out(1.0)) > 0.01 * size
+    larger = out(times, doubling=times * size, stiffening=0.5 / (times * size) ** 2)
+    np.testing.assert_allclose(larger, times * curved, rtol=1e-6, atol=1e-9 * times * size)
+
+
 def test_a_duhem_loop_bends_alike_on_its_way_back():
     """Against v' = a |u'| (u - v) + u' / 2 in fine steps, whose half width is 1 / (2 a)."""
     sharpness, expected, v = 2.5, [], 0.0

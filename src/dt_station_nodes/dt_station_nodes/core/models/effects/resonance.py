@@ -30,10 +30,11 @@ def _matrix(s: Doubles, w: float, damping: float, h: float) -> None:
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     frequency, damping, share, beside, beside_rate = p[0], p[1], p[2], p[4], p[5]
-    given = value
+    w = 2.0 * math.pi * frequency
+    given, unit = value, 1.0
     if beside != 0.0 or beside_rate != 0.0:
         given = c[RAW_INPUT]
-    w = 2.0 * math.pi * frequency
+        unit = c[STATIC_GAIN] if c[STATIC_GAIN] != 0.0 else c[SPEED_GAIN] / w
     if s[2] == 0.0:
         s[2] = 1.0
         s[0] = given
@@ -41,15 +42,14 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         _matrix(s, w, damping, c[SUBSTEP])
     if p[6] < _CONSTANT or p[7] != 0.0:
         halfway = s[0] - given + 0.5 * c[SUBSTEP] * s[1]
-        hardened = math.sqrt(max(1.0 + p[7] * halfway**2, _SOFTEST))
-        _matrix(s, w * hardened, damping * (1.0 + abs(s[1]) / (w * p[6])) / hardened, c[SUBSTEP])
+        hardened = math.sqrt(max(1.0 + p[7] * (unit * halfway) ** 2, _SOFTEST))
+        _matrix(s, w * hardened, damping * (1.0 + abs(unit * s[1]) / (w * p[6])) / hardened, c[SUBSTEP])
     before = s[0]
     offset = before - given
     rate = s[1]
     s[0] = given + s[3] * offset + s[4] * rate
     s[1] = s[5] * offset + s[6] * rate
     if beside != 0.0 or beside_rate != 0.0:
-        unit = c[STATIC_GAIN] if c[STATIC_GAIN] != 0.0 else c[SPEED_GAIN] / w
         return value + unit * (beside * s[0] + beside_rate * s[1] / w)
     mean_rate = 0.5 * (rate + s[1]) / w
     return value + share * (0.5 * (before + s[0]) - value) + p[3] * mean_rate
