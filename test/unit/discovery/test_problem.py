@@ -77,7 +77,7 @@ def test_modes_are_looked_for_up_to_what_the_samples_can_show():
 
     def highest_hz(sample_s: float) -> float:
         problem = problem_of(Run(sample_s, run.signals), Channel.POSITION)
-        return effect_term(problem, 0, frequency, None).bounds[1]
+        return effect_term(problem, 0, frequency, Attachment.OUTPUT).bounds[1]
 
     as_usual = highest_hz(STEP_S)
     assert np.isclose(np.exp(as_usual), 20.0)

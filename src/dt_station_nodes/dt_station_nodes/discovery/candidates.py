@@ -64,6 +64,11 @@ class Candidate:
         return registry()[self.name]
 
     @property
+    def place(self) -> Attachment:
+        """Where it is tried: `at`, or the effect's usual place."""
+        return self.at or self.effect.attachment
+
+    @property
     def required(self) -> tuple[str, ...]:
         """Parameters of the form."""
         return tuple(p.name for p in self.effect.parameters if self._needs(p))
@@ -119,7 +124,7 @@ def grid(
         peaks = _peaks(problem, residual)
         # A mode rings where it is, but what drives it colours the residual more.
         return peaks if candidate.name == "periodic_disturbance" else [*parameter.starts, *peaks[:2]]
-    unit = unit_of(problem, parameter, candidate.at or candidate.effect.attachment)
+    unit = unit_of(problem, parameter, candidate.place)
     if candidate.name == "cubic_stiffness" and parameter.name in ("centre", "coefficient"):
         return spring_starts(problem, path, parameter, unit)
     if candidate.apart and name == "centre_v":
@@ -128,7 +133,7 @@ def grid(
     if candidate.apart and name == "working":
         return [1.0]
     if candidate.name == "overflow" and name in _STOPS:
-        return stop_starts(problem, path, parameter)
+        return stop_starts(problem, path, parameter, unit)
     if candidate.name == "square_root_outflow" and name in _STORES and not problem.windows.anchored:
         return store_starts(problem, path, parameter)
     if fine and candidate.name == "friction" and parameter.grain_on(problem.channel) > 0.0:
@@ -168,8 +173,7 @@ def hypothesis(problem: Problem, path: PathSpec, nominal: tuple[Term, ...], free
     terms = list(nominal)
     for index, spec in enumerate(path.effects):
         effect = registry()[spec.name]
-        at = spec.at or effect.attachment
-        terms += [effect_term(problem, index, effect.parameter(p), at) for p in freed.get(spec.name, ())]
+        terms += [effect_term(problem, index, effect.parameter(p), spec.place) for p in freed.get(spec.name, ())]
     return Hypothesis(path, tuple(terms))
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.models import EffectSpec
 from ..core.models.effects import Effect, registry
 from .fit import least_squares
 from .hypothesis_fit import Fit
@@ -39,20 +40,20 @@ def _is_end(effect: Effect, name: str, check: Problem) -> bool:
     return abs(effect.parameter(name).neutral) >= NEVER
 
 
-def _places(check: Problem, fit: Fit, name: str, end: str) -> list[float]:
+def _places(check: Problem, fit: Fit, effect: EffectSpec, end: str) -> list[float]:
     """Where an end may be met, as far as the other run comes."""
-    parameter = registry()[name].parameter(end)
-    if end in registry()[name].between:
-        return stop_starts(check, fit.path, parameter)
-    unit = unit_of(check, parameter, None)
+    known = registry()[effect.name]
+    parameter = known.parameter(end)
+    unit = unit_of(check, parameter, effect.place)
+    if end in known.between:
+        return stop_starts(check, fit.path, parameter, unit)
     return [start * unit for start in parameter.starts]
 
 
 def _met(check: Problem, fit: Fit, index: int) -> Fit:
     """The fit with an end where the other run meets it best."""
     term = fit.hypothesis.terms[index]
-    name = fit.path.effects[term.effect].name
-    starts = _places(check, fit, name, term.name)
+    starts = _places(check, fit, fit.path.effects[term.effect], term.name)
     alone = Hypothesis(fit.path, (replace(term, lower=min(starts), upper=max(starts)),))
 
     def residuals(x: Array) -> Array:

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..core.models import PathSpec
 from ..core.models.effects import Parameter, Quantity
-from .problem import Problem, unit_of
+from .problem import Problem
 
 _INWARDS = (0.02, 0.1, 0.25)  # of the run's way
 _HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only just meets
@@ -13,9 +13,8 @@ _FAR = 0.5
 _BELOW = (1.2, 2.0, 4.0)  # times the way from the run's mean down to its lowest level: where a store is empty
 
 
-def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter) -> list[float]:
+def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
     """Where a piston's stops begin: out of reach, or about the ends of the run's way, which it seldom goes beyond."""
-    unit = unit_of(problem, parameter, None)
     if not problem.windows.anchored:
         return [parameter.neutral] if parameter.name == "standing" else [start * unit for start in parameter.starts]
     if parameter.name == "standing":

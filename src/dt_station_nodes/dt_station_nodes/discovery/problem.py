@@ -222,14 +222,14 @@ def make_problem(
 _OF_SIGNAL = {Quantity.SIGNAL: 1.0, Quantity.PER_SIGNAL: -1.0, Quantity.PER_SIGNAL_SQUARED: -2.0}  # powers of it
 
 
-def unit_of(problem: Problem, parameter: Parameter, at: Attachment | None) -> float:
+def unit_of(problem: Problem, parameter: Parameter, at: Attachment) -> float:
     """The run's range of what a parameter measures, for an effect at a place."""
     if at is Attachment.INPUT and parameter.quantity in _OF_SIGNAL:
         return problem.scales[Quantity.INPUT] ** _OF_SIGNAL[parameter.quantity]
     return problem.scales[parameter.quantity]
 
 
-def effect_term(problem: Problem, index: int, parameter: Parameter, at: Attachment | None) -> Term:
+def effect_term(problem: Problem, index: int, parameter: Parameter, at: Attachment) -> Term:
     """The term of one effect parameter, bounds scaled by the run."""
     unit = unit_of(problem, parameter, at)
     logarithmic = parameter.quantity in (Quantity.INPUT_RATE, Quantity.FREQUENCY)

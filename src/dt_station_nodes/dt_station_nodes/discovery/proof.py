@@ -97,7 +97,7 @@ def estimates(
         spec = fit.path.effects[term.effect]
         if spec.name in effects:
             entry = registry()[spec.name]
-            usual = entry.parameter(term.name).unit(finding.problem.channel, spec.at or entry.attachment)
+            usual = entry.parameter(term.name).unit(finding.problem.channel, spec.place)
             own = re.sub(rf"\b{finding.problem.channel.unit}\b", unit, usual)
             effects[spec.name][term.name] = Estimate(term.to_value(x), ends[0], ends[1], own)
     return nominal, effects

@@ -22,8 +22,8 @@ def in_sequence(bench: Bench, found: Explanation, candidate: Candidate) -> tuple
     """
     effects = found.fit.path.effects
     place = next(i for i, effect in enumerate(effects) if effect.name == candidate.name)
-    spot = candidate.at or candidate.effect.attachment
-    beside = [i for i, effect in enumerate(effects) if i != place and _spot(effect) is spot]
+    spot = candidate.place
+    beside = [i for i, effect in enumerate(effects) if i != place and effect.place is spot]
     if not beside or spot is Attachment.STATE:
         return found, candidate
     first = place > min(beside)
@@ -46,10 +46,6 @@ def in_sequence(bench: Bench, found: Explanation, candidate: Candidate) -> tuple
         if bench.misfit(other, floors) < most * bench.misfit(best, floors):
             best, chosen = other, replace(candidate, first=first)
     return best, chosen
-
-
-def _spot(effect: EffectSpec) -> Attachment:
-    return effect.at or registry()[effect.name].attachment
 
 
 def _beyond_the_card(effect: EffectSpec) -> EffectSpec:

@@ -39,10 +39,10 @@ class PreparedPath:
 
 def substeps(spec: ModelSpec, sample_time_s: float) -> int:
     """Sub-steps a sample needs: one, unless an effect or the disturbance path moves within a sample."""
-    effects = [(registry()[effect.name], effect.at) for path in spec.paths.values() for effect in path.effects]
+    effects = [effect for path in spec.paths.values() for effect in path.effects]
     coupled = any(path.disturbance is not None for path in spec.paths.values())
-    inside = any((at or effect.attachment) is Attachment.STATE for effect, at in effects)
-    if not (coupled or inside or any(effect.sub_stepped for effect, _ in effects)):
+    inside = any(effect.place is Attachment.STATE for effect in effects)
+    if not (coupled or inside or any(registry()[effect.name].sub_stepped for effect in effects)):
         return 1
     resolved = max((_feedback_rate(path) for path in spec.paths.values()), default=0.0) * sample_time_s / FINE_RAD
     return min(max(1, math.ceil(max(sample_time_s / LONGEST_SUBSTEP_S, resolved) - 1e-9)), MOST_SUBSTEPS)
@@ -50,8 +50,8 @@ def substeps(spec: ModelSpec, sample_time_s: float) -> int:
 
 def _feedback_rate(path: PathSpec) -> float:
     """Rate (rad/s) at which a static path answers an effect inside it that feeds its output back; 0 without one."""
-    attached = ((registry()[effect.name], effect.at) for effect in path.effects)
-    inside = [e for e, at in attached if e.sub_stepped and (at or e.attachment) is Attachment.STATE]
+    attached = (registry()[effect.name] for effect in path.effects if effect.place is Attachment.STATE)
+    inside = [effect for effect in attached if effect.sub_stepped]
     order = len(path.denominator) - 1
     if all(e.only_paces for e in inside) or not order or path.denominator[-1] == 0.0:
         return 0.0
@@ -64,8 +64,8 @@ def _stage(chosen: tuple[Attachment, Effect, dict[str, float]]) -> int:
 
 def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath:
     """Discretise a path and lay out its numbers; an absent path gives a constant zero."""
-    chosen = [] if path is None else [(registry()[e.name], e.parameters, e.at) for e in path.effects]
-    stages = sorted(((at or effect.attachment, effect, given) for effect, given, at in chosen), key=_stage)
+    chosen = () if path is None else path.effects
+    stages = sorted(((e.place, registry()[e.name], e.parameters) for e in chosen), key=_stage)
     attached = [attachment for attachment, _, _ in stages]
     fixed = NOTHING if path is None else _laid_out(path, step_s, Attachment.STATE in attached)
     n, m = fixed.linear.b.size, fixed.away_states

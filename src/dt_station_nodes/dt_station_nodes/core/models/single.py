@@ -31,7 +31,7 @@ def _absent(step_s: float, state_at: int, rest: float) -> PreparedPath:
 
 def _on_voltage(path: PathSpec) -> bool:
     """Whether all effects of a path act on its voltage, before anything that the load moves."""
-    return all((effect.at or registry()[effect.name].attachment) is Attachment.INPUT for effect in path.effects)
+    return all(effect.place is Attachment.INPUT for effect in path.effects)
 
 
 def at_places(path: PathSpec) -> bool:

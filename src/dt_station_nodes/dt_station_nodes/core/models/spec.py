@@ -51,6 +51,11 @@ class EffectSpec(_Frozen):
             raise ValueError(f"effect {self.name} needs a finite number for {', '.join(bad)}")
         return self
 
+    @property
+    def place(self) -> Attachment:
+        """Where it sits: `at`, or the effect's usual place."""
+        return self.at or registry()[self.name].attachment
+
 
 class TransferFunction(_Frozen):
     """A proper continuous transfer function, highest power of s first.
