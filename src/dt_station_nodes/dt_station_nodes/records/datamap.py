@@ -57,7 +57,8 @@ class DataMap(Frozen):
     """Columns of a foreign file and the run's signals they are.
 
     Either `time` names a column or `sample_time_s` states the even grid. `rows` keeps rows start to
-    stop (exclusive, from 0).
+    stop (exclusive, from 0). `resample_s`: rows of an uneven clock, or that lack values, are put on a grid of this
+    step by straight lines.
     """
 
     format: TableFormat
@@ -65,12 +66,15 @@ class DataMap(Frozen):
     sample_time_s: Annotated[float, Field(gt=0)] | None = None
     signals: dict[str, SignalColumn] = Field(min_length=1)
     rows: tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(gt=0)]] | None = None
+    resample_s: Annotated[float, Field(gt=0)] | None = None
     source: str = ""
 
     @model_validator(mode="after")
     def _whole(self) -> "DataMap":
         if (self.time is None) == (self.sample_time_s is None):
             raise ValueError("give either time (a column) or sample_time_s, not both and not neither")
+        if self.resample_s is not None and self.time is None:
+            raise ValueError("resample_s needs time (a column): rows at a stated sample_time_s are even already")
         for name, signal in self.signals.items():
             if name not in SIGNALS:
                 raise ValueError(f"unknown signal {name!r}; a run has {', '.join(SIGNALS)}")

@@ -11,6 +11,7 @@ from .datamap import DataMap, TableFormat, load_map
 from .errors import RecordError
 from .grid import check_finite, even_grid
 from .matfile import read_variables
+from .resampling import on_even_grid
 from .tables import TIME, Columns, column_names, read_columns
 from .units import FACTORS, factor_to_si
 
@@ -67,13 +68,21 @@ def _foreign(path: Path, data_map: DataMap) -> Run:
         raise RecordError(f"{path}: a directory; a data map goes with a CSV or MAT file")
     time = () if data_map.time is None else (data_map.time.column,)
     wanted = tuple(dict.fromkeys((*time, *(signal.column for signal in data_map.signals.values()))))
-    columns = (read_variables if data_map.format is TableFormat.MAT else read_columns)(path, wanted)
+    if data_map.format is TableFormat.MAT:
+        columns = read_variables(path, wanted)
+    else:
+        columns = read_columns(path, wanted, may_be_empty=wanted if data_map.resample_s else ())
     columns = _rows(path, columns, data_map)
     first = 1 + (data_map.rows[0] if data_map.rows else 0)
     start, step = 0.0, data_map.sample_time_s
     if data_map.time is not None:
         seconds = columns[data_map.time.column] * FACTORS["s"][data_map.time.unit]
-        start, step = even_grid(seconds, str(path), data_map.time.column, first)
+        if data_map.resample_s is None:
+            start, step = even_grid(seconds, str(path), data_map.time.column, first)
+        else:
+            step = data_map.resample_s
+            uneven = {**columns, data_map.time.column: seconds}
+            start, columns = on_even_grid(uneven, data_map.time.column, step, str(path), first)
     signals, units = {}, {}
     for name, signal in data_map.signals.items():
         check_finite(columns[signal.column], str(path), signal.column, first)
