@@ -147,6 +147,7 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert [(c.name, c.at, c.required) for c in apart] == [
         ("asymmetric_gain", None, ("asymmetry", "centre_v", "through_zero")),
         ("delay", None, ("delay_s", "dispersion")),
+        ("gain_drift", None, ("rate_per_s", "swing", "swing_cosine", "period_s")),
         ("hysteresis", None, ("half_width_v", "bouc_wen", "depth")),
         ("overflow", None, ("limit", "lower_limit", "standing")),
         ("periodic_disturbance", Attachment.INPUT, ("amplitude", "frequency_hz", "phase_rad", "push_share")),

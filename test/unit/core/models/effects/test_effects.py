@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy import signal
+from scipy import integrate, signal
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import DisturbanceSpec, ModelSpec, PathSpec, PlantModel
@@ -94,6 +94,16 @@ def test_a_limit_lets_part_of_what_is_beyond_it_pass():
     assert np.allclose(answer("saturation", limits), (clipped + 0.2 * (SWEEP - clipped))[:-1])
 
 
+def test_what_is_straight_up_to_a_share_of_its_limit_bends_towards_it_from_there():
+    limits = {"upper_v": 1.2, "lower_v": -0.7, "straight": 0.6}
+    limit = np.where(SWEEP > 0.0, 1.2, -0.7)
+    beyond = np.maximum(SWEEP / limit - 0.6, 0.0) / 0.4
+    expected = np.where(beyond > 0.0, limit * (0.6 + 0.4 * np.tanh(beyond)), SWEEP)
+    assert np.allclose(answer("saturation", limits), expected[:-1])
+    sharp = answer("saturation", {**limits, "straight": 0.999})
+    assert np.abs(sharp - np.clip(SWEEP, -0.7, 1.2)[:-1]).max() < 1e-3
+
+
 def test_hysteresis_loop_is_as_wide_as_it_says():
     out = answer("hysteresis", {"half_width_v": 0.3})
     rising, falling = np.diff(SWEEP[:-1]) > 0, np.diff(SWEEP[:-1]) < 0
@@ -168,6 +178,25 @@ def test_a_spool_that_slides_on_follows_until_the_voltage_turns_back(slide_s):
     waits = down[: len(turned)] >= 1.8 - 0.5 + 1e-9
     np.testing.assert_allclose(turned[waits], 1.8, atol=1e-3)
     assert turned[-1] == pytest.approx(1.0 + 0.2, abs=0.03)
+
+
+def test_damped_bristles_hold_as_the_lugre_equations_say():
+    level, bend, damping, gain, lag = 0.3, 2e-3, 0.04, 0.01 * 206.4 / 23.34, 1.0 / 23.34
+    volts = 0.8 * np.sin(2.0 * math.pi * 0.8 * TIME) + 0.1
+
+    def slopes(t: float, state: np.ndarray) -> list[float]:
+        _, velocity, bristle = state
+        bending = velocity - abs(velocity) * bristle / bend
+        held = level * (bristle + damping * bending) / bend
+        return [velocity, (gain * (volts[min(int(t / TS + 1e-9), len(volts) - 1)] - held) - velocity) / lag, bending]
+
+    solution = integrate.solve_ivp(slopes, (0.0, TIME[-1]), [0.0] * 3, t_eval=TIME[1:], max_step=TS / 4, rtol=1e-8)
+    exact = solution.y[0]
+    bristles = {"coulomb_v": level, "presliding": bend}
+    with_damping = answer("friction", {**bristles, "damping_s": damping}, INTEGRATOR, volts)
+    without = answer("friction", bristles, INTEGRATOR, volts)
+    assert np.abs(with_damping - exact).max() < 0.002 * np.ptp(exact)
+    assert np.abs(without - exact).max() > 0.01 * np.ptp(exact)
 
 
 def test_friction_only_takes_energy():

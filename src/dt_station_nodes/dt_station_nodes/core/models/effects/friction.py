@@ -55,7 +55,7 @@ def _held(p: Doubles, s: Doubles, velocity: float, pressed: float, gain: float, 
     `pressed`: how many times as hard the load pressure presses its seals on as none.
     """
     coulomb, static_excess, stribeck_velocity, asymmetry = p[0], p[1], p[2], p[3]
-    presliding, slip = p[5], p[6]
+    presliding, slip, resisting = p[5], p[6], p[11] / h
     level = coulomb * pressed
     if static_excess != 0.0 and stribeck_velocity > 0.0:
         # Of the velocity that it has: one that stands is held by all of it, whatever would move it.
@@ -63,16 +63,18 @@ def _held(p: Doubles, s: Doubles, velocity: float, pressed: float, gain: float, 
         level += static_excess * math.exp(-ratio * ratio)
     level *= 1.0 + asymmetry if velocity > 0.0 else 1.0 - asymmetry
     if presliding > 0.0:
-        # Bristle z' = v - |v| z / presliding, force level z / presliding, both at the sub-step's end: a quadratic in v.
+        # Bristle z' = v - |v| z / presliding, force level (z + damping_s z') / presliding, both at the sub-step's end:
+        # a quadratic in v.
         z = s[0]
-        pull = gain * level
+        pull = gain * level * (1.0 + resisting)
+        velocity += gain * level * resisting * z / presliding
         sign = 1.0 if velocity * presliding - pull * z > 0.0 else -1.0
         b = presliding + pull * h - sign * velocity * h
         q = sign * (velocity * presliding - pull * z)
         root = math.sqrt(max(b * b + 4.0 * h * q, 0.0))
         speed = 2.0 * q / (b + root) if b > 0.0 else (root - b) / (2.0 * h)
         s[0] = (z + h * sign * speed) / (1.0 + h * speed / presliding)
-        return level * s[0] / presliding
+        return level * (s[0] + resisting * (s[0] - z)) / presliding
     if slip > 0.0:
         return level * math.tanh(_slipping(velocity, gain * level, slip) / slip)
     # Implicit: exactly the force that would stop the piston within the sub-step, up to the friction level.
@@ -212,10 +214,21 @@ EFFECT = Effect(
             optional=True,
             channels=_PISTON,
         ),
+        Parameter(
+            "damping_s",
+            Quantity.TIME,
+            "damping of the bristles over their stiffness",
+            0.0,
+            0.3,
+            (0.03,),
+            optional=True,
+            channels=_PISTON,
+        ),
     ),
     step=_step,
     check="Move slowly both ways and read the voltage needed at constant speed; look at seals, guides and dither.",
-    source="Armstrong-Helouvry et al., Automatica 30 (1994) 1083; stick by implicit Euler; Dahl bristle (1968); "
+    source="Armstrong-Helouvry et al., Automatica 30 (1994) 1083; stick by implicit Euler; Dahl bristle (1968), "
+    "damped: Canudas de Wit et al., IEEE Trans. Autom. Control 40 (1995) 419; "
     "He et al., Ind. Eng. Chem. Res. 46 (2007) 8741 and Kano et al., ADCHEM (2003): valve stiction",
     state_size=3,
     sub_stepped=True,

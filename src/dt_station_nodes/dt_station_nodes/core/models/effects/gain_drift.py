@@ -57,6 +57,7 @@ EFFECT = Effect(
             1.0,
             (0.02,),
             optional=True,
+            apart=True,
             acts_alone=True,
         ),
         Parameter(
@@ -67,6 +68,7 @@ EFFECT = Effect(
             1.0,
             (0.0,),
             optional=True,
+            apart=True,
             acts_alone=True,
         ),
         Parameter(
@@ -78,6 +80,7 @@ EFFECT = Effect(
             (16.0, 60.0),
             neutral=30.0,
             optional=True,
+            apart=True,
         ),
         Parameter(
             "by_work",

@@ -44,10 +44,13 @@ def _less_flow(p: Doubles, value: float, c: Doubles) -> float:
 def _limited(p: Doubles, value: float, unit: float) -> float:
     """What gets through of a value whose limits are in multiples of `unit`."""
     upper, lower, rounding = p[0] * unit, p[1] * unit, p[2] * unit
-    if p[3] > 1e-3:
-        limit = upper if value >= 0.0 else lower
-        if limit * value >= 0.0 and limit != 0.0:
-            return value * (1.0 + (value / limit) ** (1.0 / p[3])) ** -p[3]
+    limit = upper if value >= 0.0 else lower
+    if p[6] < 1.0:
+        bend, left = p[6] * limit, (1.0 - p[6]) * limit
+        if limit * value > 0.0:
+            return value if abs(value) <= abs(bend) else bend + left * math.tanh((value - bend) / left)
+    elif p[3] > 1e-3 and limit * value >= 0.0 and limit != 0.0:
+        return value * (1.0 + (value / limit) ** (1.0 / p[3])) ** -p[3]
     if rounding > 1e-12 * unit:
         a = (value - lower) / rounding
         b = (value - upper) / rounding
@@ -119,6 +122,16 @@ EFFECT = Effect(
             (1.0,),
             optional=True,
             usual=(1.0,),
+        ),
+        Parameter(
+            "straight",
+            Quantity.RATIO,
+            "share of the limit up to which the answer is straight, before it bends like a tanh, 1 for a sharp limit",
+            0.05,
+            0.95,
+            (0.6,),
+            neutral=1.0,
+            optional=True,
         ),
     ),
     step=_step,
