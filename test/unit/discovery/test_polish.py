@@ -11,7 +11,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, Verdict, polish
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.channel import Finding
-from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.polish import carried_over, polished
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.selection import Bench, fit_null
@@ -99,3 +99,24 @@ def test_the_whole_run_keeps_only_the_effects_it_needs(found: Finding) -> None:
     (effect,) = whole.best.fit.path.effects
     assert effect.name == "friction"
     assert len(whole.best.fit.hypothesis.terms) == len(both.terms) - 1
+
+
+def test_what_explains_less_than_the_set_leaves_may_be_part_of_that() -> None:
+    """A standing force that short windows gain a little by, under a force that wanders and no name explains."""
+    problem = make_problem(axis_run(0.05), AXIS, Channel.POSITION, DiscoverySettings())
+    path = AXIS.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    freed = {"friction": ("coulomb_v",), "bias": ("bias_v",)}
+    friction = add_effect(path, Candidate("friction"), {"coulomb_v": COULOMB_V})
+    both = hypothesis(problem, add_effect(friction, Candidate("bias"), {"bias_v": 0.1}), bench.nominal, freed)
+    whole = fit_hypothesis(problem, both, iterations=0)
+
+    def refit(bare: Fit) -> Fit:
+        cost = (1.3 if "friction" in bare.names else 9.0) * whole.fitted.cost
+        return replace(bare, fitted=replace(whole.fitted, cost=cost))
+
+    needed = polish._needed
+    assert needed(whole, ("friction", "bias"), refit, 0.0)[1] == ("friction",)
+    assert needed(whole, ("bias", "friction"), refit, 0.0)[1] == ("friction",)
+    # Where all but noise is explained, three tenths of it are not left to chance.
+    assert needed(whole, ("friction", "bias"), refit, whole.fitted.cost)[1] == ("friction", "bias")

@@ -84,3 +84,11 @@ def test_what_a_load_presses_on_is_tried_where_a_load_moves_only() -> None:
         names[key] = refinements(problem, plain, candidate, problem.residual(plain)).names
     assert "per_load" in names["moving"]
     assert "per_load" not in names["still"]
+
+
+def test_a_fine_difference_is_not_sought_in_rough_data() -> None:
+    path, candidate = PAPER.paths[Channel.PRESSURE], Candidate("saturation")
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.PRESSURE, DiscoverySettings())
+    plain = add_effect(path, candidate, {"upper_v": 3.0, "lower_v": -3.0})
+    clean, rough = (refinements(problem, plain, candidate, problem.residual(plain), timed=t) for t in (True, False))
+    assert set(clean.names) - set(rough.names) == {"straight"}

@@ -65,16 +65,22 @@ def _carried(explanation: Explanation, problem: Problem, refit: bool) -> Explana
     return replace(explanation, fit=_refitted_on(problem, explanation.fit, CARRY if refit else 0))
 
 
-def _needed(fit: Fit, added: tuple[str, ...], refit: Callable[[Fit], Fit]) -> tuple[Fit, tuple[str, ...]]:
-    """A fit of a set less the effects without which it is as good, and the names that stay."""
+def _needed(
+    fit: Fit, added: tuple[str, ...], refit: Callable[[Fit], Fit], noise: float = np.inf
+) -> tuple[Fit, tuple[str, ...]]:
+    """A fit of a set less the effects without which it is as good, and the names that stay.
+
+    What explains less than the whole set leaves beyond the `noise` that is in the misfit may be a part of that.
+    """
     kept = added
-    for name in added:
-        if len(kept) == 1:
+    while len(kept) > 1:
+        bare = [replace(fit, path=without(fit.path, name), hypothesis=_less(fit, name)) for name in kept]
+        refitted = [refit(one) for one in bare]
+        least = min(range(len(kept)), key=lambda i: refitted[i].fitted.cost)
+        told, left = refitted[least].fitted.cost - fit.fitted.cost, fit.fitted.cost - noise
+        if told >= max((IDLE - 1.0) * fit.fitted.cost, left):
             break
-        bare = replace(fit, path=without(fit.path, name), hypothesis=_less(fit.hypothesis, fit.path, name))
-        refitted = refit(bare)
-        if refitted.fitted.cost < IDLE * fit.fitted.cost:
-            fit, kept = refitted, tuple(other for other in kept if other != name)
+        fit, kept = refitted[least], tuple(name for i, name in enumerate(kept) if i != least)
     return fit, kept
 
 
@@ -113,20 +119,22 @@ def polished(finding: Finding, check: Problem | None = None) -> Finding:
     near = replace(problem, windows=windows)
     if float(np.std(windows.project(problem.measured))) < TELLING * difference_noise(problem.measured):
         return finding
-    best, kept = _needed(_refitted(near, finding.best.fit), finding.best.added, lambda bare: _refitted(near, bare))
+    hiss = len(problem.measured) * (difference_noise(problem.measured) / problem.sigma) ** 2
+    whole = _refitted(near, finding.best.fit)
+    best, kept = _needed(whole, finding.best.added, lambda bare: _refitted(near, bare), hiss)
     best = _less_adrift(near, best, check)
     residual = problem.residual(best.path)
     seen = replace(best, residual=residual, rss=float(residual @ residual) / problem.sigma**2)
     return replace(_keeping(finding, kept), best=replace(finding.best, fit=seen, added=kept))
 
 
-def _less(hypothesis: Hypothesis, path: PathSpec, name: str) -> Hypothesis:
+def _less(fit: Fit, name: str) -> Hypothesis:
     """The free numbers without those of one effect."""
-    gone = next(index for index, effect in enumerate(path.effects) if effect.name == name)
+    gone = next(index for index, effect in enumerate(fit.path.effects) if effect.name == name)
     terms = tuple(
-        replace(term, effect=term.effect - (term.effect > gone)) for term in hypothesis.terms if term.effect != gone
+        replace(term, effect=term.effect - (term.effect > gone)) for term in fit.hypothesis.terms if term.effect != gone
     )
-    return replace(hypothesis, terms=terms)
+    return replace(fit.hypothesis, terms=terms)
 
 
 def _settled(near: Problem, fit: Fit) -> Fit:

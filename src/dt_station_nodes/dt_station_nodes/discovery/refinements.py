@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 _MOST_COMBINATIONS = 64
 # A cylinder has no store before its own, and a piston's stop is no relief valve.
 _NO_PISTONS = tuple(("overflow", name) for name in ("inlet_limit", "spill", "opening_s", "reseat"))
+# Forms so near to a plainer one that rough data tell the two apart by accident.
+_FINE = (("saturation", "straight"), ("friction", "damping_s"))
 # A contact that grips more at rest: neither number acts alone, and its jumps are so sharp that no fit gets far.
 GRIP = ("static_excess_v", "stribeck_velocity")
 # What bends a curve softly and what goes on beyond the bend, or differs between its sides, come together.
@@ -77,10 +79,13 @@ def refinements(
 ) -> Refinements:
     """What may refine a candidate's plain form fitted on `path`, where the base left `residual` (n,).
 
-    Not `timed`, nothing is sought that comes and goes, nor two refinements at a time: in rough data anything seems to.
+    Not `timed`, nothing is sought that comes and goes, nor a fine difference, nor two refinements at a time: in rough
+    data anything seems to.
     """
     timing = seen_timing(problem, path, candidate.name) if timed else {}
     own = list(candidate.refining(problem.channel))
+    if not timed:
+        own = [name for name in own if (candidate.name, name) not in _FINE]
     if problem.windows.anchored:
         own = [name for name in own if (candidate.name, name) not in _NO_PISTONS]
     if problem.channel is Channel.POSITION and (problem.standing_load or not len(problem.simulator.load_pa)):
