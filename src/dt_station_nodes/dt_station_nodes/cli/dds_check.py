@@ -13,11 +13,12 @@ from dataclasses import dataclass
 
 ROUNDS = 200
 PATIENCE_S = 15.0
+CALL = 0
 
 
 @dataclass(frozen=True, slots=True)
 class Loopback:
-    """Round trips between two processes: how many came back, and their times in seconds."""
+    """Round trips between two processes, once they have met: how many came back, and their times in seconds."""
 
     sent: int
     returned: int
@@ -60,13 +61,15 @@ def _measure(topic: str) -> Loopback:
         node.create_subscription(UInt64, f"{topic}/back", lambda message: heard.append(message.data), 10)
         publisher = node.create_publisher(UInt64, f"{topic}/out", 10)
         start = time.monotonic()
-        while not (publisher.get_subscription_count() and node.count_publishers(f"{topic}/back")):
+        # Each end finds the other in its own time: only an answer shows that both have.
+        while not heard:
             if time.monotonic() - start > PATIENCE_S:
                 return Loopback(ROUNDS, 0, PATIENCE_S, 0.0, 0.0, "no second process was discovered")
+            publisher.publish(UInt64(data=CALL))
             executor.spin_once(timeout_sec=0.05)
         discovery = time.monotonic() - start
         times = []
-        for number in range(ROUNDS):
+        for number in range(CALL + 1, CALL + 1 + ROUNDS):
             begin = time.monotonic()
             publisher.publish(UInt64(data=number))
             while number not in heard[-1:] and time.monotonic() - begin < 1.0:

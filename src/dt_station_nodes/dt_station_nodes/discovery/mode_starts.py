@@ -9,9 +9,8 @@ from .candidates import Candidate, add_effect
 from .problem import Problem
 from .spectrum import spectral_peaks
 
-RIDING = "riding"
 _MODE = "resonance"
-_SIZES = ("share", RIDING)
+_SIZES = ("share", "riding")
 _SMALL = 0.01  # so little of a mode moves the output in proportion
 _DAMPING = (0.01, 0.03, 0.1)
 _LINES = (-1.0, -0.5, 0.0, 0.5, 1.0)  # about a peak, a line being a turn in the run

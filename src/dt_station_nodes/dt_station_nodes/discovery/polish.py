@@ -117,9 +117,10 @@ def polished(finding: Finding, check: Problem | None = None) -> Finding:
         return finding
     windows = make_windows(len(problem.measured), step, SAMPLES * step, True, trend=True)
     near = replace(problem, windows=windows)
-    if float(np.std(windows.project(problem.measured))) < TELLING * difference_noise(problem.measured):
+    noise = difference_noise(problem.measured)
+    if float(np.std(windows.project(problem.measured))) < TELLING * noise:
         return finding
-    hiss = len(problem.measured) * (difference_noise(problem.measured) / problem.sigma) ** 2
+    hiss = len(problem.measured) * (noise / problem.sigma) ** 2
     whole = _refitted(near, finding.best.fit)
     best, kept = _needed(whole, finding.best.added, lambda bare: _refitted(near, bare), hiss)
     best = _less_adrift(near, best, check)

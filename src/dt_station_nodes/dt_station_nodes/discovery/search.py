@@ -11,7 +11,7 @@ from ..core.models import PathSpec
 from .candidates import all_starts, hypothesis, library, pair_starts, plain_starts
 from .distinct import distinct
 from .hypothesis_fit import Group, fit_groups, fit_hypothesis
-from .mode_starts import RIDING, mode_starts
+from .mode_starts import mode_starts
 from .parsimony import as_near, at_usual, without
 from .refinements import GRIP, Refinements, refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
@@ -92,8 +92,7 @@ def _refined(bench: Bench, task: Task) -> Task:
     if task.other is not None:
         ones += _stepped(bench, task, task.other.fit.path, forms)[0]
     # Where noise is all that is left, a mode is found without; else the base is bent and its minima are shallow.
-    sought = bench.rough and RIDING in forms.names
-    modes = mode_starts(bench.problem, task.base.fit.path, task.candidate) if sought else []
+    modes = mode_starts(bench.problem, task.base.fit.path, task.candidate) if bench.rough else []
     paths = [*(e.fit.path for e in ones), *refined_starts(path, forms), *modes]
     whole = _form(bench, task, forms.names, paths, bench.iterations, 3)
     return replace(task, finer=(*task.finer, *(bench.judged(e) for e in (*ones, whole))))
