@@ -141,6 +141,14 @@ def test_a_band_that_no_voltage_comes_out_of_again_is_a_limit(run: Run) -> None:
         assert sensible(as_it_is(pressure, "dead_zone", band), pressure) is sense
 
 
+def test_a_band_that_no_voltage_goes_into_is_a_bias(run: Run) -> None:
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    lowest_v = float(np.min(run.signals[Channel.PRESSURE.voltage_signal]))
+    for above_v, sense in ((0.3, True), (-0.3, False)):
+        band = {"half_width_v": 0.2, "centre_v": lowest_v + above_v, "working": 1.0}
+        assert sensible(as_it_is(pressure, "dead_zone", band), pressure) is sense
+
+
 def test_what_bends_over_most_of_the_voltage_is_neither_a_kink_nor_a_band(run: Run) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     middle = float(np.median(run.signals[Channel.PRESSURE.voltage_signal]))

@@ -135,8 +135,9 @@ def _laps(path: PathSpec, problem: Problem) -> bool:
     if band["leak"] > MOST_LEAKY and min(np.mean(voltage < low), np.mean(voltage > high)) < REACHED:
         return False
     if problem.channel is Channel.PRESSURE and band["working"] > WORKING:
-        # One that no voltage comes out of again is a limit.
-        return band["rounding_v"] <= BLUNTEST_BAND * width and bool(np.mean(voltage > high) >= REACHED)
+        # One that no voltage comes out of again is a limit, one that none goes into a bias.
+        beyond = float(np.mean(voltage > high))
+        return band["rounding_v"] <= BLUNTEST_BAND * width and REACHED <= beyond <= 1.0 - REACHED
     return abs(band["centre_v"]) <= width + 2.0 * band["rounding_v"]
 
 
