@@ -85,6 +85,15 @@ def test_a_mismatch_is_parameters_only():
     assert result.nominal["position gain"].value == pytest.approx(1.05, abs=0.02)
 
 
+def test_a_load_that_acts_faster_than_the_model_says_is_no_effect():
+    """Its time constants may be off as the valve's may, by their own share."""
+    path = PAPER.paths[Channel.POSITION]
+    quick = PAPER.with_path(Channel.POSITION, disturbance=path.disturbance.model_copy(update={"time_scale": 0.6}))
+    result = discover(make(Case(seconds=24.0, shape="square")), quick, jobs=2)
+    assert result.verdict is Verdict.PARAMETERS_ONLY
+    assert result.nominal["position disturbance_time_scale"].value == pytest.approx(1.0, abs=0.06)
+
+
 @pytest.mark.parametrize("name", ["stroke_dependent_gain", "memory"])
 def test_effects_outside_the_vocabulary_are_not_named(name):
     result = discover(make(Case(effects=((name, "position", 1.0),), seconds=24.0)), only("position"), jobs=2)

@@ -104,7 +104,7 @@ def examine(
     workers: Workers = ALONE,
 ) -> Finding:
     """The answer for one channel, `check` being the validation run's problem; keeps what is known when interrupted."""
-    bench = Bench(problem, nominal_terms(path, problem.signal), check, workers, progress)
+    bench = Bench(problem, nominal_terms(path, problem.signal, problem.rough), check, workers, progress)
     bases = base_paths(path)
     given = min((problem.residual(base) for base in bases), key=lambda r: float(r @ r))
     nulls = [fit_null(bench, base) for base in bases]

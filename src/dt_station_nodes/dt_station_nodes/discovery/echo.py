@@ -51,5 +51,5 @@ def _misread(finding: Finding, other: Finding) -> bool:
     high_pa = path.scale * path.gain * path.numerator[-1] / path.denominator[-1] * bias.parameters["bias_v"]
     right = replace(finding.problem, simulator=replace(simulator, load_pa=simulator.load_pa - high_pa))
     nominal = finding.null.fit.path
-    fit = fit_null(Bench(right, nominal_terms(nominal, right.signal)), nominal).fit
+    fit = fit_null(Bench(right, nominal_terms(nominal, right.signal, right.rough)), nominal).fit
     return fit.rss <= _AS_WELL * finding.best.fit.rss

@@ -8,16 +8,13 @@ from ..core.errors import StationError
 from ..core.models import ModelSpec, PathSpec
 from ..core.models.effects import registry
 from ..core.run import Run
-from .channel import Finding, examine
-from .condense import condensed
+from .channel import Finding
 from .contenders import contenders
 from .data_checks import check_run
-from .drift import found_adrift
 from .echo import without_echo
+from .inspection import examine_channel
 from .next_experiment import propose
 from .noise import difference_noise, effective_samples
-from .other_run import found_there, unseen_problem
-from .polish import carried_over, polished
 from .problem import Problem, integrates, make_problem, telling_window
 from .proof import estimates, floor_figures, gap_figures, patched, trace
 from .ranking import ranking_of
@@ -84,21 +81,9 @@ def discover(
                 frozen.add(check.channel)
             path = spec.paths[check.channel]
             same = _windowed(run, check.channel, path, chosen)
-            short = condensed(run, check.channel, path)
-            problem = make_problem(short.run, spec, check.channel, same, check.frozen[short.rows])
-            unseen, unheard = unseen_problem(validation, spec, check.channel, same)
-            notes += [unheard] if unheard else []
-            finding = examine(problem, path, same, progress, unseen, workers)
-            # What is carried over to all samples is refitted to this run, which would not show it.
-            finding, note = found_there(finding, None if short.note else unseen, path, same, progress, workers)
-            finding, drift = found_adrift(finding, short.run, validation, spec, same, progress, workers)
-            notes += [text for text in (note, drift, short.note) if text]
-            if short.note:
-                finding = carried_over(finding, make_problem(run, spec, check.channel, same, check.frozen), path)
-            whole = unseen
-            if validation and unseen and len(unseen.measured) < len(validation):
-                whole = make_problem(validation, spec, check.channel, same)
-            finding = without_echo(polished(finding, whole), findings)
+            finding, said = examine_channel(run, validation, spec, check, same, progress, workers)
+            notes += said
+            finding = without_echo(finding, findings)
             known = finding.verdict is not Verdict.UNEXPLAINED
             if check.channel in frozen and known and not stands(finding.problem, finding.best.fit.path):
                 finding = replace(finding, verdict=Verdict.UNEXPLAINED, rival="frozen sensor")

@@ -215,7 +215,7 @@ def make_problem(
         scales(run, channel, path, load),
         excitations_hz(run),
         _inherited(simulator, path, windows),
-        refits_all(path),
+        settings.rough and refits_all(path),
     )
 
 

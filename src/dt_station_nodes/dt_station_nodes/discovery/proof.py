@@ -69,7 +69,7 @@ def patched(spec: ModelSpec, channel: Channel, path: PathSpec) -> ModelSpec:
         changes["rest"] = _plain(path.rest)
     if path.disturbance is not None:
         changes["disturbance"] = path.disturbance.model_copy(
-            update={"gain": _plain(path.disturbance.gain)}
+            update={name: _plain(getattr(path.disturbance, name)) for name in ("gain", "time_scale")}
         ).model_dump()
     return spec.with_path(channel, **changes)
 

@@ -115,7 +115,7 @@ class Bench:
     @property
     def iterations(self) -> int:
         """Steps a fit may take: more where a whole linear path is refitted."""
-        return 10 if len(self.nominal) <= 3 else 30
+        return 30 if self.rough else 10
 
     @property
     def rough(self) -> bool:

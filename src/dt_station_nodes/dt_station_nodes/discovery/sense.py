@@ -9,6 +9,7 @@ from ..core.models import PathSpec
 from ..core.models.effects import Attachment, Quantity
 from .problem import Problem
 from .selection import Explanation
+from .terms import AWAY
 
 MOST_DAMPED = 0.42
 RINGING = 0.25  # damping up to which a mode rings however little it carries;
@@ -169,7 +170,7 @@ def _at_bound(explanation: Explanation, index: int, problem: Problem) -> bool:
     term = explanation.fit.hypothesis.terms[index]
     if term.effect >= 0 or not term.prior or explanation.held:
         return False
-    if term.name == "disturbance_gain" and problem.standing_load:
+    if term.name.startswith(AWAY) and problem.standing_load:
         # A load that stands is a bias under another name, whose size says nothing of the load.
         return False
     low, high = term.bounds

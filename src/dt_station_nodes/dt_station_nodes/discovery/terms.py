@@ -10,6 +10,7 @@ from ..core.models import EffectSpec, PathSpec
 Array = NDArray[np.float64]
 
 FEW_POLES = 3
+AWAY = "disturbance_"  # begins the names of the disturbance path's numbers
 _STEP = 1e-4  # of the finite differences, in searched variables
 
 
@@ -75,8 +76,8 @@ class Hypothesis:
                 if term.effect not in moved:
                     moved[term.effect] = dict(self.path.effects[term.effect].parameters)
                 moved[term.effect][term.name] = number
-            elif term.name == "disturbance_gain":
-                away["gain"] = number
+            elif term.name.startswith(AWAY):
+                away[term.name.removeprefix(AWAY)] = number
             elif term.name.startswith(("numerator_", "denominator_")):
                 side, place = term.name.split("_")
                 coefficients.setdefault(side, list(getattr(self.path, side)))[int(place)] = number
@@ -105,8 +106,8 @@ class Hypothesis:
             elif term.name.startswith(("numerator_", "denominator_")):
                 side, place = term.name.split("_")
                 value = getattr(self.path, side)[int(place)]
-            elif term.name == "disturbance_gain":
-                value = self.path.disturbance.gain if self.path.disturbance else 1.0
+            elif term.name.startswith(AWAY):
+                value = getattr(self.path.disturbance, term.name.removeprefix(AWAY))
             else:
                 value = getattr(self.path, term.name)
             values.append(term.to_x(value))
@@ -114,7 +115,7 @@ class Hypothesis:
 
 
 def refits_all(path: PathSpec) -> bool:
-    """Whether all coefficients of a path are refitted: few, static in the end, so that nothing else can hide in them.
+    """Whether all coefficients of a path may be refitted: few, static, so that nothing else can hide in them.
 
     A linear model of nonlinear data is off in all of them; gain and time scale alone would not undo that.
     """
@@ -137,22 +138,33 @@ def _coefficient_terms(path: PathSpec, swing: float) -> tuple[Term, ...]:
     return (*terms, rest)
 
 
-def nominal_terms(path: PathSpec, swing: float = 1.0) -> tuple[Term, ...]:
-    """Gain and time scale, and the disturbance path's gain where there is one; priors say how far off they tend to be.
+def _shape_terms(path: PathSpec) -> list[Term]:
+    """The denominator's coefficients between its ends, where these are few: the damping that no time scale mends."""
+    poles = np.trim_zeros(path.denominator, "b")
+    if len(poles) - 1 > FEW_POLES:
+        return []
+    inner = [(place, poles[place]) for place in range(1, len(poles) - 1) if poles[place] > 0.0]
+    return [Term(-1, f"denominator_{place}", 0.05 * v, 20.0 * v, 1.0, True, 0.1) for place, v in inner]
 
-    Small paths of foreign data: all coefficients and the rest value (`swing`: the output's standard deviation).
+
+def nominal_terms(path: PathSpec, swing: float = 1.0, whole: bool = False) -> tuple[Term, ...]:
+    """Gain, time scale, damping and the disturbance path's gain where there are such; priors say how far off they are.
+
+    `whole`: all coefficients and the rest value (`swing`: the output's standard deviation).
     """
-    if refits_all(path):
+    if whole:
         return _coefficient_terms(path, swing)
     terms = [
         Term(-1, "gain", path.gain * 0.05, path.gain * 20.0, 1.0, True, 0.025),
         Term(-1, "time_scale", path.time_scale * 0.05, path.time_scale * 20.0, 1.0, True, 0.045),
     ]
+    terms += _shape_terms(path)
     if path.gain <= 0.0:
         terms[0] = Term(-1, "gain", path.gain * 20.0, path.gain * 0.05, abs(path.gain) or 1.0, False, 0.025)
     if path.disturbance is not None:
         gain = path.disturbance.gain
         size = abs(gain) or 1.0
-        terms.append(Term(-1, "disturbance_gain", gain - 5.0 * size, gain + 5.0 * size, size, False, 0.1))
-    values = [path.gain, path.time_scale, path.disturbance.gain if path.disturbance else 1.0]
-    return tuple(replace(term, centre=term.to_x(value)) for term, value in zip(terms, values, strict=False))
+        terms.append(Term(-1, f"{AWAY}gain", gain - 5.0 * size, gain + 5.0 * size, size, False, 0.1))
+        time = path.disturbance.time_scale
+        terms.append(Term(-1, f"{AWAY}time_scale", time * 0.05, time * 20.0, 1.0, True, 0.045))
+    return tuple(replace(t, centre=x) for t, x in zip(terms, Hypothesis(path, tuple(terms)).start(), strict=True))

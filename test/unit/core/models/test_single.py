@@ -84,3 +84,19 @@ def test_what_the_load_does_goes_with_the_disturbance_gain():
     )
     assert twice - none == pytest.approx(2.0 * (given - none), abs=1e-12)
     assert np.ptp(given - none) > 1e-4
+
+
+def test_what_the_load_does_in_other_times_is_told_apart_and_not_kept_for_ever():
+    servo, pressure = drive()
+    path = PAPER.paths[Channel.POSITION]
+    alone = PathSimulator(Channel.POSITION, SAMPLE_S, servo, pressure, 1e6, 0.0)
+
+    def answer(time_scale):
+        away = path.disturbance.model_copy(update={"time_scale": time_scale})
+        return alone.simulate(path.model_copy(update={"disturbance": away}))
+
+    given = answer(1.0)
+    others = [answer(1.0 + 0.01 * k) for k in range(1, 60)]
+    assert np.ptp(others[-1] - given) > 1e-4
+    assert len(alone._loads) < 40
+    assert answer(1.0) == pytest.approx(given, abs=0.0)

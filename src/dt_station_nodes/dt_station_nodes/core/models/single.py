@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 
 _FIRST_STATE = 3
 _NONE = np.zeros(0)
+_REMEMBERED = 32  # answers to the load; a fit turns its time scale back and forth around where it stands
 
 
 @lru_cache(maxsize=64)
@@ -111,9 +112,11 @@ class PathSimulator:
         return self._simulate(alone, 1 if held else steps) + away.gain * self._load_part(path, away, steps)
 
     def _load_part(self, path: PathSpec, away: DisturbanceSpec, steps: int) -> Array:
-        """What the load adds to the output (SI), shape (n,), with a gain of 1; remembered."""
+        """What the load adds to the output (SI), shape (n,), with a gain of 1; the last few are remembered."""
         key = (away.numerator, away.denominator, away.time_scale, away.input_scale, path.scale, steps)
         if key not in self._loads:
+            if len(self._loads) >= _REMEMBERED:
+                del self._loads[next(iter(self._loads))]
             unit = away.model_copy(update={"gain": 1.0})
             silent = {"numerator": (0.0,), "denominator": (1.0,), "rest": 0.0, "effects": (), "disturbance": unit}
             self._loads[key] = self._simulate(path.model_copy(update=silent), steps)
