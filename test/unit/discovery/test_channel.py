@@ -1,6 +1,7 @@
 """What one channel answers where a limit is only come near, where much is left, and where a refit is enough."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSimulator, PlantModel
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoveryResult, Verdict, discover
+from dt_station_nodes.discovery.channel import crowded
 
 PAPER = ModelSpec.from_yaml(
     (Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text(encoding="utf-8")
@@ -77,3 +79,18 @@ def test_a_linear_path_that_fits_to_a_hundredth_lacks_nothing_with_a_name() -> N
     model = {"name": "m", "paths": {"position": {"numerator": [140.0], "denominator": [1.0, 2.5, 200.0]}}}
     result = discover(run, ModelSpec.model_validate(model), jobs=2)
     assert result.verdict is Verdict.PARAMETERS_ONLY
+
+
+@pytest.mark.parametrize(
+    ("names", "left", "rough", "doubted"),
+    [
+        (("overflow", "hysteresis", "saturation"), 0.3, False, True),
+        (("overflow", "hysteresis", "saturation"), 0.1, False, False),
+        (("overflow", "hysteresis", "saturation"), 0.3, True, False),
+        (("hysteresis", "saturation"), 0.3, False, False),
+    ],
+)
+def test_three_effects_have_to_leave_noise_alone(
+    names: tuple[str, ...], left: float, rough: bool, doubted: bool
+) -> None:
+    assert crowded(names, left, SimpleNamespace(rough=rough, noise=1.0)) is doubted

@@ -141,6 +141,11 @@ def _mimicked(best: Explanation, known: list[Explanation], measure: Measure) -> 
     return any(measure.left(e) < ALIKE * measure.left(best) for e in beside)
 
 
+def crowded(names: tuple[str, ...], left: float, measure: Measure) -> bool:
+    """Whether more than two names leave more than noise: together they bend to nearly anything."""
+    return not measure.rough and len(names) > 2 and left > LEFT_NOISE * measure.noise
+
+
 def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanation], interrupted: bool) -> Finding:
     measure = take_measure(bench, known)
     seen = measure.seen(null)
@@ -181,7 +186,8 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
             behind < -DOUBT and measure.left(e) < DOUBT_LEAVES * left for behind, e in others
         )
         missed = not measure.rough and measure.missed(best) > MISSES
-        verdict = Verdict.UNEXPLAINED if rival or unexplained or doubted or missed else Verdict.NAMED
+        doubtful = unexplained or doubted or missed or crowded(best.added, left, measure)
+        verdict = Verdict.UNEXPLAINED if rival or doubtful else Verdict.NAMED
     else:
         verdict = silent_verdict(bench, given, null, measure)
     # Between forms that both miss as much as they miss of the truth, a likelihood decides nothing.

@@ -34,6 +34,8 @@ _TOGETHER = (
     ("spread", "closes_v"),
     ("way_back", "uneven"),
     ("closes_v", "open_at_v"),
+    ("spread", "bend_per_v"),
+    ("bend_per_v", "open_at_v"),
     ("presliding", "damping_s"),
 )
 _COULOMB = np.arange(0.5, 1.06, 0.05)  # of what the plain form took for all of it,

@@ -282,3 +282,13 @@ def test_memory_ends_where_it_began_and_starts_by_its_share_less(ratio: float) -
     assert answer[51] == pytest.approx(0.7, abs=0.05)
     assert answer[-1] == pytest.approx(1.0, abs=1e-6)
     assert np.all(np.diff(answer[50:]) >= -1e-12)
+
+
+def test_a_loop_that_saturates_stays_about_a_curve_between_two_levels() -> None:
+    volts = 1.0 + 8.0 * np.sin(2.0 * np.pi * 0.1 * np.arange(4000) * STEP_S)
+    bent = {"half_width_v": 0.2, "bend_per_v": 0.5, "open_at_v": 1.0}
+    curve = 1.0 + np.tanh(0.5 * (volts[:-1] - 1.0)) / 0.5
+    whole, half = (static(volts, having(STATIC, "hysteresis", **bent, depth=share))[1:] for share in (1.0, 0.5))
+    assert np.abs(whole - curve).max() == pytest.approx(0.2, abs=1e-3)
+    assert np.ptp(whole) < 2.0 / 0.5 < 0.3 * np.ptp(volts)
+    assert half == pytest.approx(0.5 * (volts[:-1] + whole), abs=1e-9)

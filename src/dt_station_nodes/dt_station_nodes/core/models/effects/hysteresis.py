@@ -9,6 +9,9 @@ from .effect import Attachment, Effect, Parameter, Quantity
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     half_width, spread, bouc_wen, sharpness, depth = p[0], p[1], p[2], p[3], p[4]
+    voltage, bend = value, p[9]
+    if bend > 0.0:
+        value = p[8] + math.tanh(bend * (value - p[8])) / bend
     if s[9] == 0.0:
         s[9] = 1.0
         for j in range(9):
@@ -35,8 +38,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         play = (1.0 - spread) * play + spread * total / 8.0
     loop = (1.0 - bouc_wen) * play + bouc_wen * (value - half_width * s[11])
     if p[6] > 0.0:
-        depth *= math.exp(-0.5 * ((value - p[8]) / p[6]) ** 2)
-    return value + depth * (loop - value)
+        depth *= math.exp(-0.5 * ((voltage - p[8]) / p[6]) ** 2)
+    return voltage + depth * (loop - voltage)
 
 
 EFFECT = Effect(
@@ -122,9 +125,18 @@ EFFECT = Effect(
         Parameter(
             "open_at_v",
             Quantity.INPUT,
-            "voltage at which a loop that closes is widest",
+            "voltage at which a loop that closes is widest, or about which it saturates",
             -2.0,
             2.0,
+            (0.5,),
+            optional=True,
+        ),
+        Parameter(
+            "bend_per_v",
+            Quantity.PER_SIGNAL,
+            "one over the voltage from the middle at which what the loop holds saturates as a tanh; 0: never",
+            0.0,
+            3.0,
             (0.5,),
             optional=True,
         ),
