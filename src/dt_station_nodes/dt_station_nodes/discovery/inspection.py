@@ -13,14 +13,14 @@ from .drift import found_adrift
 from .other_run import found_there, unseen_problem
 from .polish import carried_over, polished
 from .problem import make_problem
-from .result import Verdict
 from .selection import Progress
 from .settings import DiscoverySettings
 from .terms import refits_all
 from .workers import Workers
 
 CLOSE = 0.02  # of the signal, or
-NEAR = 1.5  # times the noise, RMS, left by an answer: a model whose poles are known needs no other
+NEAR = 1.5  # times the noise, RMS, left by any explanation: a model whose poles are known needs no other look
+FEW = 2  # effects looked for in the first one
 
 
 def examine_channel(
@@ -33,21 +33,19 @@ def examine_channel(
     workers: Workers,
 ) -> tuple[Finding, list[str]]:
     """What a channel says, and notes: with the model as it is known, else as a rough fit of foreign data."""
-    finding, notes = _looked_at(run, validation, spec, check, settings, progress, workers)
-    if finding.interrupted or not refits_all(spec.paths[check.channel]) or _explained(finding):
+    may_be_rough = refits_all(spec.paths[check.channel])
+    known = replace(settings, max_effects=min(settings.max_effects, FEW)) if may_be_rough else settings
+    finding, notes = _looked_at(run, validation, spec, check, known, progress, workers)
+    if finding.interrupted or not may_be_rough or _reached(finding):
         return finding, notes
-    rough, other = _looked_at(run, validation, spec, check, replace(settings, rough=True), progress, workers)
-    return rough, other
+    return _looked_at(run, validation, spec, check, replace(settings, rough=True), progress, workers)
 
 
-def _explained(finding: Finding) -> bool:
-    return finding.verdict is not Verdict.UNEXPLAINED and (finding.over_noise[0] < NEAR or _missed(finding) < CLOSE)
-
-
-def _missed(finding: Finding) -> float:
-    """What an answer misses of the signal beyond noise, RMS."""
-    left = float(np.mean(np.square(finding.best.fit.residual))) - finding.sigma**2
-    return max(left, 0.0) ** 0.5 / finding.problem.signal
+def _reached(finding: Finding) -> bool:
+    """Whether anything, nameable or not, brings the model as it is known near enough to the run."""
+    residuals = [finding.best.fit.residual, *(explanation.fit.residual for explanation in finding.ranking)]
+    left = min(float(np.mean(np.square(residual))) for residual in residuals)
+    return left < (NEAR * finding.sigma) ** 2 or left - finding.sigma**2 < (CLOSE * finding.problem.signal) ** 2
 
 
 def _looked_at(
