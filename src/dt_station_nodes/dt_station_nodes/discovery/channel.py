@@ -120,7 +120,8 @@ def examine(
         if not silent:
             begin = _starting_points(null, nulls[-1])
             known += recurring(scan(bench, begin, MOST_SINGLE, FINEST_SINGLE), known, measure)
-            if min(measure.left(e) for e in known if e.inside) > MOSTLY * measure.left(null):
+            far = min(measure.left(e) for e in known if e.inside) > MOSTLY * measure.left(null)
+            if far and not problem.may_be_rough:
                 known = distinct(bench, [*known, *recurring(scan_whole(bench, begin, MOST_WHOLE), known, measure)])
             Growth(bench, null, known, settings.max_effects).run()
         elif silent_verdict(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:

@@ -90,7 +90,7 @@ class Growth:
             bases = [e for e in inside[: beam if size == 1 else 1] if measure.left(e) <= near or e is inside[0]]
             # What has been grown already would give the same again.
             bases = [e for e in bases if self._grown.get(tuple(sorted(e.added))) is not e]
-            bases = [e for e in bases if len(e.added) == 1 or not self._lost([e], measure)]
+            bases = [e for e in bases if self._believable(e) or not self._lost([e], measure)]
             if not bases:
                 break
             self._grown.update({tuple(sorted(e.added)): e for e in bases})
@@ -103,6 +103,10 @@ class Growth:
         most = len(best.added) - (len(best.added) < self._most_effects)
         others = [measure.score(e) for e in self._known if not e.inside and len(e.added) <= most]
         return not measure.rough and min(others, default=np.inf) < measure.score(best) - FOREIGN
+
+    def _believable(self, explanation: Explanation) -> bool:
+        """Whether a set is worth another name however much it misses: a single one, of a model that is known."""
+        return len(explanation.added) == 1 and not self._bench.problem.may_be_rough
 
     def _lost(self, explanations: list[Explanation], measure: Measure) -> bool:
         """Whether all of them miss so much of the run that what they call it would not be believed, nor a name more.

@@ -29,7 +29,7 @@ class Problem:
     standard deviation of the compared part of the measured signal; `scales` the run's range of each quantity;
     `excitations_hz` the fundamentals of what drives the run, where it is periodic; `inherited` what the noise and the
     coarse sampling of the measured load leave in any simulation driven by it; `rough`: a linear path of foreign data,
-    refitted as a whole, no model of which reaches the noise.
+    refitted as a whole, no model of which reaches the noise; `may_be_rough`: one that may turn out to be such.
     """
 
     channel: Channel
@@ -43,6 +43,7 @@ class Problem:
     excitations_hz: tuple[float, ...] = ()
     inherited: float = 0.0
     rough: bool = False
+    may_be_rough: bool = False
 
     @property
     def sigma(self) -> float:
@@ -216,6 +217,7 @@ def make_problem(
         excitations_hz(run),
         _inherited(simulator, path, windows),
         settings.rough and refits_all(path),
+        refits_all(path) and not settings.rough,
     )
 
 
