@@ -15,6 +15,7 @@ from .polish import carried_over, polished
 from .problem import make_problem
 from .selection import Progress
 from .settings import DiscoverySettings
+from .silence import ROUGH_FORM
 from .terms import refits_all
 from .workers import Workers
 
@@ -45,7 +46,15 @@ def _reached(finding: Finding) -> bool:
     """Whether anything, nameable or not, brings the model as it is known near enough to the run."""
     residuals = [finding.best.fit.residual, *(explanation.fit.residual for explanation in finding.ranking)]
     left = min(float(np.mean(np.square(residual))) for residual in residuals)
+    if _form_alone(finding):
+        return False
     return left < (NEAR * finding.sigma) ** 2 or left - finding.sigma**2 < (CLOSE * finding.problem.signal) ** 2
+
+
+def _form_alone(finding: Finding) -> bool:
+    """Whether refitted parameters miss clearly, yet so little that a linear path, refitted whole, may mend it."""
+    left = float(np.mean(np.square(finding.null.fit.residual)))
+    return (NEAR * finding.sigma) ** 2 < left < finding.sigma**2 + (ROUGH_FORM * finding.problem.signal) ** 2
 
 
 def _looked_at(
