@@ -33,7 +33,7 @@ def test_a_constant_is_the_valves_and_no_other_rest_of_the_model() -> None:
 
 
 def test_a_damping_that_is_off_is_no_effect() -> None:
-    """Neither gain nor time scale can mend it: the whole of a linear path is refitted before anything is named."""
+    """Neither gain nor time scale can mend it: it is free itself."""
     damped = PATH.model_copy(update={"denominator": (1.0, 36.0, 1600.0)})
     result = discover(driven(damped), VALVE, jobs=2)
     assert result.verdict is Verdict.PARAMETERS_ONLY

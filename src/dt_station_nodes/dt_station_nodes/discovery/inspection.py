@@ -44,10 +44,10 @@ def examine_channel(
 
 def _reached(finding: Finding) -> bool:
     """Whether anything, nameable or not, brings the model as it is known near enough to the run."""
-    residuals = [finding.best.fit.residual, *(explanation.fit.residual for explanation in finding.ranking)]
-    left = min(float(np.mean(np.square(residual))) for residual in residuals)
     if _form_alone(finding):
         return False
+    residuals = [finding.best.fit.residual, *(explanation.fit.residual for explanation in finding.ranking)]
+    left = min(float(np.mean(np.square(residual))) for residual in residuals)
     return left < (NEAR * finding.sigma) ** 2 or left - finding.sigma**2 < (CLOSE * finding.problem.signal) ** 2
 
 

@@ -148,7 +148,7 @@ def _shape_terms(path: PathSpec) -> list[Term]:
 
 
 def nominal_terms(path: PathSpec, swing: float = 1.0, whole: bool = False) -> tuple[Term, ...]:
-    """Gain, time scale, damping and the disturbance path's gain where there are such; priors say how far off they are.
+    """Gain, time scale, damping and the disturbance path's gain and time; priors say how far off they tend to be.
 
     `whole`: all coefficients and the rest value (`swing`: the output's standard deviation).
     """
