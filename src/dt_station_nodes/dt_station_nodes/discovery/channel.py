@@ -95,6 +95,14 @@ def _starting_points(null: Explanation, bare: Explanation) -> list[Explanation]:
     return [null, bare]
 
 
+def foremost_null(bench: Bench, bases: list[PathSpec]) -> tuple[list[Explanation], Explanation]:
+    """Each of `bases` with its nominal parameters refitted, and the best of these and of the same left as they are."""
+    nulls = [fit_null(bench, base) for base in bases]
+    first = take_measure(bench, nulls)
+    untouched = [] if first.rough else [as_given(bench, base) for base in bases]
+    return nulls, min([*nulls, *untouched], key=lambda e: (first.score(e), -len(e.fit.path.effects)))
+
+
 def examine(
     problem: Problem,
     path: PathSpec,
@@ -107,10 +115,7 @@ def examine(
     bench = Bench(problem, nominal_terms(path, problem.signal, problem.rough), check, workers, progress)
     bases = base_paths(path)
     given = min((problem.residual(base) for base in bases), key=lambda r: float(r @ r))
-    nulls = [fit_null(bench, base) for base in bases]
-    first = take_measure(bench, nulls)
-    untouched = [] if first.rough else [as_given(bench, base) for base in bases]
-    null = min([*nulls, *untouched], key=lambda e: (first.score(e), -len(e.fit.path.effects)))
+    nulls, null = foremost_null(bench, bases)
     known = [null]
     interrupted = False
     try:

@@ -10,9 +10,10 @@ from .channel import Finding, examine
 from .condense import condensed
 from .data_checks import ChannelCheck
 from .drift import found_adrift
-from .other_run import found_there, unseen_problem
+from .other_run import found_only_there, found_there, unseen_problem
 from .polish import carried_over, polished
 from .problem import make_problem
+from .result import Verdict
 from .selection import Progress
 from .settings import DiscoverySettings
 from .silence import ROUGH_FORM
@@ -70,9 +71,14 @@ def _looked_at(
     short = condensed(run, channel, path)
     problem = make_problem(short.run, spec, channel, settings, check.frozen[short.rows])
     unseen, unheard = unseen_problem(validation, spec, channel, settings)
-    finding = examine(problem, path, settings, progress, unseen, workers)
     # What is carried over to all samples is refitted to this run, which would not show it.
-    finding, note = found_there(finding, None if short.note else unseen, path, settings, progress, workers)
+    other = None if short.note else unseen
+    finding, note = found_only_there(problem, other, path, settings, progress, workers)
+    if finding is None:
+        finding = examine(problem, path, settings, progress, unseen, workers)
+        note = note if finding.verdict is Verdict.UNEXPLAINED else ""
+        finding, more = found_there(finding, other, path, settings, progress, workers)
+        note = more or note
     finding, drift = found_adrift(finding, short.run, validation, spec, settings, progress, workers)
     if short.note:
         finding = carried_over(finding, make_problem(run, spec, channel, settings, check.frozen), path)

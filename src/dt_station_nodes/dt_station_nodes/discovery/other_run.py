@@ -5,18 +5,21 @@ from dataclasses import replace
 from ..core.channels import Channel
 from ..core.models import ModelSpec, PathSpec
 from ..core.run import Run
-from .channel import Finding, examine
+from .channel import Finding, base_paths, examine, foremost_null
+from .choice import take_measure
 from .condense import condensed
 from .data_checks import check_run
 from .problem import Problem, make_problem
 from .result import Verdict
-from .selection import Explanation, Progress
+from .selection import Bench, Explanation, Progress
 from .settings import DiscoverySettings
+from .terms import nominal_terms
 from .unseen import shows_only
 from .verdict import LIKE_NOISE
 from .workers import Workers
 
 BETTER = 0.6  # times the noise, RMS, that the run's own answer leaves of the other: at most so much is another answer
+_BORNE_OUT = "; it was found there, this run bears it out"
 
 
 def unseen_problem(
@@ -33,6 +36,36 @@ def unseen_problem(
     return make_problem(condensed(validation, channel, spec.paths[channel]).run, spec, channel, settings), ""
 
 
+def found_only_there(
+    problem: Problem,
+    unseen: Problem | None,
+    path: PathSpec,
+    settings: DiscoverySettings,
+    progress: Progress | None,
+    workers: Workers,
+) -> tuple[Finding | None, str]:
+    """What the other run names where it alone shows a gap, and what to say of it.
+
+    This run, as the model says, tells no effect from another: the runs change places, this one must not contradict.
+    """
+    if unseen is None:
+        return None, ""
+    bench = Bench(problem, nominal_terms(path, problem.signal, problem.rough), unseen, workers)
+    nulls, null = foremost_null(bench, base_paths(path))
+    sigma = take_measure(bench, nulls).floors[0] ** 0.5
+    if not shows_only(unseen, null.unseen, null.fit.residual, sigma):
+        return None, ""
+    channel = problem.channel.value
+    there = examine(unseen, path, settings, progress, problem, workers)
+    if there.verdict is not Verdict.NAMED and not there.interrupted:
+        return None, (
+            f"{channel}: this run is as the model says, the validation run is not; "
+            "discover that one and give this one with --validate"
+        )
+    here = replace(there, given=problem.residual(path), null=null, sigma=sigma)
+    return _brought_here(here, problem), f"{channel}: only the validation run shows what is missing{_BORNE_OUT}"
+
+
 def found_there(
     finding: Finding,
     unseen: Problem | None,
@@ -41,30 +74,20 @@ def found_there(
     progress: Progress | None,
     workers: Workers,
 ) -> tuple[Finding, str]:
-    """The finding and what to say of it: that of the other run, where that one shows what is missing, or more of it.
-
-    The runs change places: effects are fitted to the one that shows them, the other must not contradict.
-    """
-    null = finding.null
-    if unseen is None or finding.interrupted:
+    """The finding and what to say of it: that of the other run, where that one shows more of what is missing."""
+    if unseen is None or finding.interrupted or not _shows_more(finding):
         return finding, ""
-    only = shows_only(unseen, null.unseen, null.fit.residual, finding.sigma)
-    silent = finding.verdict is Verdict.UNEXPLAINED and only
-    if not silent and not _shows_more(finding):
-        return finding, ""
-    channel = finding.problem.channel.value
     there = examine(unseen, path, settings, progress, finding.problem, workers)
-    if silent and there.verdict is not Verdict.NAMED:
-        return finding, (
-            f"{channel}: this run is as the model says, the validation run is not; "
-            "discover that one and give this one with --validate"
-        )
-    if not silent and (there.verdict is not Verdict.NAMED or max(there.over_noise) > BETTER * max(finding.over_noise)):
+    if there.verdict is not Verdict.NAMED or max(there.over_noise) > BETTER * max(finding.over_noise):
         return finding, ""
-    here = replace(there, problem=finding.problem, given=finding.given, null=null, sigma=finding.sigma)
-    here = replace(here, over_noise=there.over_noise[::-1], best=_seen_on(finding.problem, there.best))
-    shows = "only the validation run shows" if only else "the validation run shows more of"
-    return here, f"{channel}: {shows} what is missing; it was found there, this run bears it out"
+    here = replace(there, given=finding.given, null=finding.null, sigma=finding.sigma)
+    note = f"{finding.problem.channel.value}: the validation run shows more of what is missing{_BORNE_OUT}"
+    return _brought_here(here, finding.problem), note
+
+
+def _brought_here(there: Finding, problem: Problem) -> Finding:
+    """A finding of the other run as one of this."""
+    return replace(there, problem=problem, over_noise=there.over_noise[::-1], best=_seen_on(problem, there.best))
 
 
 def _shows_more(finding: Finding) -> bool:
