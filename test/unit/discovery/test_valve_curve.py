@@ -47,3 +47,11 @@ def test_a_dead_zone_about_a_working_voltage_is_named() -> None:
     numbers = found.effects[0].parameters
     assert numbers["half_width_v"].value == pytest.approx(0.06, rel=0.1)
     assert numbers["centre_v"].value == pytest.approx(2.3, abs=0.02)
+
+
+def test_between_two_levels_a_kink_is_looked_for_in_the_middle() -> None:
+    """A square wave dwells on either side of a kink and shows nothing of the curve between: fits near a level stay."""
+    given = 2.0 + 1.2 * np.sign(WAVES[0])
+    bent = answered(given, given - 0.06 * np.maximum(given - 2.3, 0.0), 0)
+    problem = make_problem(bent, SPEC, Channel.PRESSURE, DiscoverySettings())
+    assert min(abs(volts - 2.0) for volts in kinks_v(problem, BARE, problem.residual(BARE))) < 0.05

@@ -32,8 +32,12 @@ def flattest_v(problem: Problem, path: PathSpec, residual: Array, count: int) ->
 
 
 def kinks_v(problem: Problem, path: PathSpec, residual: Array) -> list[float]:
-    """Voltages (V) at which a static curve of two straight parts before `path` would bend, one by each set of knots."""
-    found = []
+    """Voltages (V) at which a static curve of two straight parts before `path` would bend, one by each set of knots.
+
+    The middle of the voltages is one more: a run of two levels shows nothing of the curve between them.
+    """
+    voltage = problem.simulator.voltage_v
+    found = [0.5 * float(voltage.min() + voltage.max())]
     for knots in _knots(problem.simulator.voltage_v):
         slopes, widths = _slopes(problem, path, residual, knots), np.diff(knots)
         risen, passed = np.cumsum(slopes * widths)[:-1], np.cumsum(widths)[:-1]
