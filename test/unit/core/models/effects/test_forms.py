@@ -83,6 +83,22 @@ def test_two_joints_of_unequal_play_stand_still_as_long_as_the_tighter_one() -> 
     assert not np.allclose(both, position(voltage, having(POSITION, "backlash", half_width=half)), atol=0.1 * half)
 
 
+def test_a_load_that_coasts_in_its_gap_goes_on_when_its_drive_stops() -> None:
+    """Where drag would stop it later than its drive stops (43 ms), and no further than the gap's other side."""
+    half = 0.004
+    voltage = np.repeat([2.0, 0.0], [100, 200])
+    driven = position(voltage, POSITION)
+    stands, pushed, coasts, far = (
+        position(voltage, having(POSITION, "backlash", half_width=half, coast_s=time))
+        for time in (0.0, 0.02, 0.06, 0.5)
+    )
+    assert stands[-1] == pytest.approx(driven[-1] - half, abs=1e-9)
+    assert np.allclose(pushed, stands, atol=1e-9)
+    assert stands[-1] + 0.05 * half < coasts[-1] < far[-1] <= driven[-1] + half + 1e-12
+    assert np.all(np.abs(coasts - driven) <= half + 1e-12)
+    assert np.allclose(coasts[20:100], stands[20:100], atol=1e-9)
+
+
 def test_what_leaks_at_rest_and_is_made_up_for_does_not_show_there() -> None:
     still = np.zeros(600)
     orifice = {"coefficient": 1.0, "turbulence": 1.0}

@@ -2,27 +2,43 @@
 
 import math
 
+from numba import njit
+
 from ..compiled import SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
+
+_STARTED, _BEFORE, _LAGGING = 0, 1, 2  # then place and speed of the load of each joint
+_WIDE, _NARROW = 3, 5
+
+
+@njit(cache=True)
+def _carried(s: Doubles, joint: int, value: float, half_width: float, coast_s: float, step_s: float) -> float:
+    """Where one joint's load is after a step: free in the gap, at the speed of what pushes it where it is met."""
+    place, speed = s[joint], s[joint + 1]
+    if coast_s > 0.0:
+        kept = math.exp(-step_s / coast_s)
+        place += speed * coast_s * (1.0 - kept)
+        speed *= kept
+    pushing = (value - s[_BEFORE]) / step_s
+    if place < value - half_width:
+        place, speed = value - half_width, max(speed, pushing)
+    elif place > value + half_width:
+        place, speed = value + half_width, min(speed, pushing)
+    s[joint], s[joint + 1] = place, speed
+    return place
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    wide, narrow = p[0] * (1.0 + p[2]), p[0] * (1.0 - p[2])
-    if s[1] == 0.0:
-        s[1] = 1.0
-        s[0] = value
-        s[4] = value
-    s[0] = min(max(s[0], value - wide), value + wide)
-    s[4] = min(max(s[4], value - narrow), value + narrow)
-    carried = 0.5 * (s[0] + s[4])
-    if p[1] <= 1e-9:
-        return carried
-    if s[3] == 0.0:
-        s[3] = 1.0
-        s[2] = carried
-    s[2] = carried + (s[2] - carried) * math.exp(-c[SUBSTEP] / p[1])
-    return s[2]
+    if s[_STARTED] == 0.0:
+        s[_STARTED] = 1.0
+        s[_BEFORE] = s[_LAGGING] = s[_WIDE] = s[_NARROW] = value
+    wide = _carried(s, _WIDE, value, p[0] * (1.0 + p[2]), p[3], c[SUBSTEP])
+    narrow = _carried(s, _NARROW, value, p[0] * (1.0 - p[2]), p[3], c[SUBSTEP])
+    s[_BEFORE] = value
+    carried = 0.5 * (wide + narrow)
+    s[_LAGGING] = carried if p[1] <= 1e-9 else carried + (s[_LAGGING] - carried) * math.exp(-c[SUBSTEP] / p[1])
+    return s[_LAGGING]
 
 
 EFFECT = Effect(
@@ -50,10 +66,19 @@ EFFECT = Effect(
             (0.25,),
             optional=True,
         ),
+        Parameter(
+            "coast_s",
+            Quantity.TIME,
+            "time constant with which drag stops the load while nothing pushes it; 0: it stands at once",
+            0.0,
+            0.5,
+            (0.02,),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Hold the actuator and move the load by hand or dial gauge; look at pins, couplings and sensor mounting.",
-    source="Nordin & Gutman, Automatica 38 (2002) 1633: dead-zone-free play model",
-    state_size=5,
+    source="Nordin & Gutman, Automatica 38 (2002) 1633: play with a shaft's compliance, load's inertia",
+    state_size=7,
     also=on_both(Attachment.INPUT),
 )
