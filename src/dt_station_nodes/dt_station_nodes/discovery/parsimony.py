@@ -1,6 +1,8 @@
 """Each explanation in its simplest form: refinements that the data do not hold go back to a plain value."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -199,11 +201,18 @@ def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> 
     ranked = sorted((e for e in listed if e.added), key=measure.score)
     near = ranked[:_BEST]
     near += [e for e in ranked[_BEST:_MOST] if measure.score(e) - measure.score(ranked[0]) < _BEHIND]
-    for explanation in near:
-        best = _rested(bench, explanation)
-        simpler = _simpler(bench, best, measure)
-        while simpler is not None:
-            best, simpler = simpler, _simpler(bench, simpler, measure)
-        best = _around(bench, best)
-        listed = [best if e is explanation else e for e in listed]
+    found = bench.workers.results(partial(_simplest, replace(measure, bench=bench.alone)), near)
+    for explanation, simple in zip(near, found, strict=True):
+        listed = [simple if e is explanation and simple else e for e in listed]
     return listed
+
+
+def _simplest(measure: Measure, explanation: Explanation) -> Explanation | None:
+    """An explanation in its simplest form, if that is another."""
+    bench = measure.bench
+    best = _rested(bench, explanation)
+    simpler = _simpler(bench, best, measure)
+    while simpler is not None:
+        best, simpler = simpler, _simpler(bench, simpler, measure)
+    best = _around(bench, best)
+    return None if best is explanation else best
