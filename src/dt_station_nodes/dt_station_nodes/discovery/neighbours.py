@@ -52,7 +52,8 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
                 candidate = Candidate(spec.name, spec.at)
                 if not candidate.optional:
                     continue
-                forms = refinements(bench.problem, bare.fit.path, candidate, bare.fit.residual, timed=not bench.rough)
+                left, timed = bare.fit.residual, not bench.rough
+                forms = refinements(bench.problem, bare.fit.path, candidate, left, timed, bench.nominal)
                 free = dict.fromkeys((*candidate.required, *forms.names, *bare.freed.get(spec.name, ())))
                 starts = refined_starts(bare.fit.path, forms)
                 tasks.append(_Bare(bare, {**bare.freed, spec.name: tuple(free)}, [bare.fit.path, *starts]))

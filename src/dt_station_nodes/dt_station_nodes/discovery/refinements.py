@@ -1,7 +1,7 @@
 """Refined forms of an effect: its optional parameters and where their fits begin."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -13,6 +13,7 @@ from ..core.models import PathSpec
 from ..core.models.effects import Quantity
 from .candidates import Candidate, add_effect, drawn, grid
 from .problem import Problem
+from .terms import Term
 from .timing import seen_timing
 
 Array = NDArray[np.float64]
@@ -77,14 +78,19 @@ class Refinements:
 
 
 def refinements(
-    problem: Problem, path: PathSpec, candidate: Candidate, residual: Array, timed: bool = True
+    problem: Problem,
+    path: PathSpec,
+    candidate: Candidate,
+    residual: Array,
+    timed: bool = True,
+    nominal: Sequence[Term] = (),
 ) -> Refinements:
     """What may refine a candidate's plain form fitted on `path`, where the base left `residual` (n,).
 
     Not `timed`, nothing is sought that comes and goes, nor a fine difference, nor two refinements at a time: in rough
     data anything seems to.
     """
-    timing = seen_timing(problem, path, candidate.name) if timed else {}
+    timing = seen_timing(problem, path, candidate.name, nominal) if timed else {}
     own = list(candidate.refining(problem.channel))
     if not timed:
         own = [name for name in own if (candidate.name, name) not in _FINE]

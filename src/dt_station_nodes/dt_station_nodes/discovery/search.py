@@ -84,7 +84,8 @@ def _refined(bench: Bench, task: Task) -> Task:
     if task.seen is None:
         return task
     path = task.seen.fit.path
-    forms = refinements(bench.problem, path, task.candidate, task.base.fit.residual, timed=not bench.rough)
+    left, timed = task.base.fit.residual, not bench.rough
+    forms = refinements(bench.problem, path, task.candidate, left, timed, bench.nominal)
     if not forms.names:
         return task
     ones, alone = _stepped(bench, task, path, forms)
@@ -116,7 +117,9 @@ def _form(
     bench: Bench, task: Task, optional: tuple[str, ...], paths: list[PathSpec], iterations: int, keep: int
 ) -> Explanation:
     """The form with some optional parameters free too, from where `paths` stand; not judged yet."""
-    freed = {**task.freed, task.candidate.name: task.candidate.required + optional}
+    # A timing may begin with a number of the plain form at another value.
+    free = tuple(dict.fromkeys(task.candidate.required + optional))
+    freed = {**task.freed, task.candidate.name: free}
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
     near = unbent(bench.nominal, starts)

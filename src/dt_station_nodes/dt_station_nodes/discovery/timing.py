@@ -1,16 +1,20 @@
-"""Starts that a run itself gives: when a disturbance comes and goes, how a delay wanders."""
+"""Starts that a run itself gives: when a disturbance comes and goes, how a delay wanders, when a gain steps."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from ..core.models import EffectSpec, PathSpec
 from .bursts import burst_start_s, bursts
+from .gain_steps import gain_steps
 from .problem import Problem
 from .spectrum import spectral_peaks
+from .terms import Hypothesis, Term
 
 PERIODIC = "periodic_disturbance"
 DELAY = "delay"
+DRIFT = "gain_drift"
 
 # Of the residual's power: what a wandering delay must explain of it.
 TELLING = 0.1
@@ -39,8 +43,11 @@ def without(path: PathSpec, name: str) -> PathSpec:
     return path.model_copy(update={"effects": tuple(effect for effect in path.effects if effect.name != name)})
 
 
-def seen_timing(problem: Problem, path: PathSpec, name: str) -> dict[str, float]:
-    """Numbers of a fitted effect's timing, by name; none where the run shows no such thing."""
+def seen_timing(problem: Problem, path: PathSpec, name: str, nominal: Sequence[Term] = ()) -> dict[str, float]:
+    """Numbers of a fitted effect's timing, by name; none where the run shows no such thing.
+
+    What bends the `nominal` parameters as far as a gain that steps is looked for with these at their centres.
+    """
     spec = next((effect for effect in path.effects if effect.name == name), None)
     if spec is None:
         return {}
@@ -49,7 +56,15 @@ def seen_timing(problem: Problem, path: PathSpec, name: str) -> dict[str, float]
         return min((way for way in ways if way), key=lambda way: _left(problem, path, spec, way), default={})
     if name == DELAY and spec.parameters["delay_s"] > 0.0:
         return _wander(problem, path, spec)
-    return {}
+    return _steps(problem, path, spec, nominal) if name == DRIFT else {}
+
+
+def _steps(problem: Problem, path: PathSpec, spec: EffectSpec, nominal: Sequence[Term]) -> dict[str, float]:
+    """When the gain steps and by how much, instead of the drift that was fitted."""
+    steady = {"rate_per_s": 0.0, "swing": 0.0, "swing_cosine": 0.0, "jump": 0.0, "second_jump": 0.0}
+    home = Hypothesis(with_numbers(path, spec, steady), tuple(nominal))
+    found = gain_steps(problem, home.path_at(np.array([term.centre for term in nominal])))
+    return {"rate_per_s": 0.0, **found} if found else {}
 
 
 def _sinusoid(

@@ -1,9 +1,17 @@
-"""Gain drift: the answer grows or fades over the run, as oil warms or with the work done."""
+"""Gain drift: the answer grows or fades over the run, as oil warms or with the work done, or at once."""
 
 import math
 
+from numba import njit
+
 from ..compiled import SUBSTEP, TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
+
+
+@njit(cache=True)
+def _past(c: Doubles, time_s: float) -> float:
+    """Share of the sub-step after a time."""
+    return min(max((c[TIME] + c[SUBSTEP] - time_s) / c[SUBSTEP], 0.0), 1.0)
 
 
 @effect_step
@@ -13,8 +21,17 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     s[0] += abs(value) * c[SUBSTEP]
     time = max(age - p[2], 0.0)
     elapsed = -settling * math.expm1(-time / settling) if settling > 0.0 else time
+    stepped = p[7] * _past(c, p[8]) + p[9] * _past(c, p[10])
     turn = 2.0 * math.pi * age / p[5] if p[5] > 0.0 else 0.0
-    return value * (1.0 + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn))
+    return value * (1.0 + stepped + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn))
+
+
+def _jump(which: str, meaning: str) -> tuple[Parameter, Parameter]:
+    name = f"{which}jump"
+    return (
+        Parameter(name, Quantity.RATIO, meaning, -1.0, 2.0, (), optional=True, acts_alone=True),
+        Parameter(f"{name}_s", Quantity.RUN_TIME, "time of the run at which it comes", 0.0, 3600.0, (), optional=True),
+    )
 
 
 EFFECT = Effect(
@@ -92,6 +109,8 @@ EFFECT = Effect(
             optional=True,
             usual=(1.0,),
         ),
+        *_jump("", "a step of the gain, as of a supply that drops: relative to the gain at the start"),
+        *_jump("second_", "another step"),
     ),
     step=_step,
     check="Repeat one step every minute from a cold start; log oil temperature and supply pressure.",
