@@ -13,6 +13,7 @@ from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
@@ -117,6 +118,18 @@ def test_a_spool_that_does_not_slip_is_a_loop_and_a_piston_need_not(run: Run, pr
     assert sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "slip": 0.5}), pressure)
     assert not sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "slip": 0.1}), pressure)
     assert sensible(as_it_is(problem, "friction", {"coulomb_v": 0.2}), problem)
+
+
+def test_play_on_a_voltage_that_goes_through_a_loop_is_a_part_of_it(problem: Problem) -> None:
+    path = PAPER.paths[Channel.POSITION]
+    nominal = nominal_terms(path, problem.signal)
+    play, loop = Candidate("backlash", Attachment.INPUT), Candidate("hysteresis")
+    alone = add_effect(path, play, {"half_width": 0.1})
+    for both, sense in ((alone, True), (add_effect(alone, loop, {"half_width_v": 0.1}), False)):
+        names = tuple(effect.name for effect in both.effects)
+        begin = hypothesis(problem, both, nominal, {})
+        explained = Bench(problem, nominal).explained(fit_hypothesis(problem, begin, iterations=0), names, {})
+        assert sensible(explained, problem) is sense
 
 
 def test_a_leaking_piston_creeps_the_way_its_load_pushes(problem: Problem) -> None:

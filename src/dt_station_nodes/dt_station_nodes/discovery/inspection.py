@@ -6,18 +6,19 @@ import numpy as np
 
 from ..core.models import ModelSpec
 from ..core.run import Run
-from .channel import Finding, examine
+from .channel import Finding, base_paths, examine, foremost_null
+from .choice import take_measure
 from .condense import condensed
 from .data_checks import ChannelCheck
 from .drift import found_adrift
 from .other_run import found_only_there, found_there, unseen_problem
 from .polish import carried_over, polished
-from .problem import make_problem
+from .problem import Problem, make_problem
 from .result import Verdict
-from .selection import Progress
+from .selection import Bench, Explanation, Progress
 from .settings import DiscoverySettings
 from .silence import ROUGH_FORM
-from .terms import refits_all
+from .terms import nominal_terms, refits_all
 from .workers import Workers
 
 CLOSE = 0.02  # of the signal, or
@@ -37,25 +38,36 @@ def examine_channel(
     """What a channel says, and notes: with the model as it is known, else as a rough fit of foreign data."""
     may_be_rough = refits_all(spec.paths[check.channel])
     known = replace(settings, max_effects=min(settings.max_effects, FEW)) if may_be_rough else settings
-    finding, notes = _looked_at(run, validation, spec, check, known, progress, workers)
-    if finding.interrupted or not may_be_rough or _reached(finding):
-        return finding, notes
+    if not may_be_rough or not _only_bent(run, spec, check, known):
+        finding, notes = _looked_at(run, validation, spec, check, known, progress, workers)
+        if finding.interrupted or not may_be_rough or _reached(finding):
+            return finding, notes
     return _looked_at(run, validation, spec, check, replace(settings, rough=True), progress, workers)
+
+
+def _only_bent(run: Run, spec: ModelSpec, check: ChannelCheck, settings: DiscoverySettings) -> bool:
+    """Whether the form of a channel's path alone may be what is off: then no effect is looked for on it first."""
+    path = spec.paths[check.channel]
+    short = condensed(run, check.channel, path)
+    problem = make_problem(short.run, spec, check.channel, settings, check.frozen[short.rows])
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    nulls, null = foremost_null(bench, base_paths(path))
+    return _form_alone(problem, null, take_measure(bench, nulls).floors[0] ** 0.5)
 
 
 def _reached(finding: Finding) -> bool:
     """Whether anything, nameable or not, brings the model as it is known near enough to the run."""
-    if _form_alone(finding):
+    if _form_alone(finding.problem, finding.null, finding.sigma):
         return False
     residuals = [finding.best.fit.residual, *(explanation.fit.residual for explanation in finding.ranking)]
     left = min(float(np.mean(np.square(residual))) for residual in residuals)
     return left < (NEAR * finding.sigma) ** 2 or left - finding.sigma**2 < (CLOSE * finding.problem.signal) ** 2
 
 
-def _form_alone(finding: Finding) -> bool:
+def _form_alone(problem: Problem, null: Explanation, sigma: float) -> bool:
     """Whether refitted parameters miss clearly, yet so little that a linear path, refitted whole, may mend it."""
-    left = float(np.mean(np.square(finding.null.fit.residual)))
-    return (NEAR * finding.sigma) ** 2 < left < finding.sigma**2 + (ROUGH_FORM * finding.problem.signal) ** 2
+    left = float(np.mean(np.square(null.fit.residual)))
+    return (NEAR * sigma) ** 2 < left < sigma**2 + (ROUGH_FORM * problem.signal) ** 2
 
 
 def _looked_at(

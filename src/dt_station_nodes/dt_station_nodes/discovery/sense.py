@@ -114,10 +114,14 @@ def _limits(path: PathSpec, problem: Problem) -> bool:
 
 
 def _plays(path: PathSpec, problem: Problem) -> bool:
-    """Whether play does more than the time that it takes to close: else it is a lag under another name."""
+    """Whether play does more than the time that it takes to close: else it is a lag under another name.
+
+    On a voltage that goes through a loop besides, it is a part of that loop.
+    """
     play = path.effect("backlash")
     if play.at is Attachment.INPUT:
-        return play.parameters["half_width"] > 0.0
+        looped = any(effect.name == "hysteresis" for effect in path.effects)
+        return play.parameters["half_width"] > 0.0 and not looped
     closing = play.parameters["lag_s"] * problem.scales[Quantity.VELOCITY]
     return play.parameters["half_width"] > LEAST_PLAY * closing
 

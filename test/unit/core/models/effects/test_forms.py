@@ -99,6 +99,14 @@ def test_a_load_that_coasts_in_its_gap_goes_on_when_its_drive_stops() -> None:
     assert np.allclose(coasts[20:100], stands[20:100], atol=1e-9)
 
 
+def test_a_gain_that_steps_is_the_voltage_stepping_with_it() -> None:
+    voltage = 2.0 + np.sin(2.0 * np.pi * 0.5 * STEP_S * np.arange(400))
+    steps = {"jump": -0.2, "jump_s": 100 * STEP_S, "second_jump": 0.3, "second_jump_s": 250 * STEP_S}
+    stepped = pressure(voltage, having(PRESSURE, "gain_drift", rate_per_s=0.0, **steps))
+    gain = 1.0 - 0.2 * (np.arange(400) >= 100) + 0.3 * (np.arange(400) >= 250)
+    assert np.allclose(stepped, pressure(voltage * gain, PRESSURE), rtol=1e-9)
+
+
 def test_what_leaks_at_rest_and_is_made_up_for_does_not_show_there() -> None:
     still = np.zeros(600)
     orifice = {"coefficient": 1.0, "turbulence": 1.0}

@@ -36,7 +36,7 @@ def _jump(which: str, meaning: str) -> tuple[Parameter, Parameter]:
 
 EFFECT = Effect(
     name="gain_drift",
-    sentence="The gain changes slowly in the course of the run.",
+    sentence="The gain changes in the course of the run, slowly or at once.",
     attachment=Attachment.INPUT,
     parameters=(
         Parameter(
