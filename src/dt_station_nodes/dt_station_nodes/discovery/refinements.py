@@ -38,6 +38,7 @@ _TOGETHER = (
     ("spread", "bend_per_v"),
     ("bend_per_v", "open_at_v"),
     ("presliding", "damping_s"),
+    ("stiffness", "cushion_s"),
 )
 _COULOMB = np.arange(0.5, 1.06, 0.05)  # of what the plain form took for all of it,
 _EXCESS = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)  # of that,

@@ -316,3 +316,26 @@ def test_a_loop_that_saturates_stays_about_a_curve_between_two_levels() -> None:
     assert np.abs(whole - curve).max() == pytest.approx(0.2, abs=1e-3)
     assert np.ptp(whole) < 2.0 / 0.5 < 0.3 * np.ptp(volts)
     assert half == pytest.approx(0.5 * (volts[:-1] + whole), abs=1e-9)
+
+
+@pytest.mark.parametrize("cushion_s", [0.003, 0.02])
+def test_a_cushioned_end_presses_back_as_a_spring_and_a_damper(cushion_s: float) -> None:
+    """Against the equation itself, with the lag and the speed per volt of the path."""
+    lag_s, gain, end, stiffness = 0.05, 0.1, 0.02, 3000.0
+    path = PathSpec(numerator=[gain / lag_s], denominator=[1.0, 1.0 / lag_s, 0.0])
+    volts = 3.0 * np.sign(np.sin(2.0 * np.pi * 0.5 * STEP_S * np.arange(800) + 0.1))
+
+    def motion(_: float, state: Array, driven: float) -> list[float]:
+        place, speed = state
+        pressed = stiffness * (place - end + cushion_s * max(speed, 0.0)) if place > end else 0.0
+        return [speed, (gain * (driven - pressed) - speed) / lag_s]
+
+    state, exact = np.zeros(2), [0.0]
+    for driven in volts[:-1]:
+        state = solve_ivp(motion, (0.0, STEP_S), state, args=(driven,), max_step=5e-4, rtol=1e-7).y[:, -1]
+        exact.append(float(state[0]))
+    stop = {"limit": end, "stiffness": stiffness, "cushion_s": cushion_s}
+    pressed_in, free = (position(volts, p) for p in (having(path, "overflow", **stop), path))
+    # An end met within a sub-step is met by all of it or not at all.
+    assert np.max(np.abs(pressed_in - exact)) < 3e-4
+    assert np.max(np.abs(free - exact)) > 0.05

@@ -2,64 +2,24 @@
 
 import math
 
-from numba import njit
-
 from ...channels import Channel
 from ..compiled import (
-    FREE_OUTPUT,
-    FREE_VELOCITY,
     INJECTION,
     INJECTION_GAIN,
     INLET_RATE,
-    LOAD_OUTPUT,
-    LOAD_VELOCITY,
     OUTLET_RATE,
     OUTPUT,
-    OUTPUT_GAIN,
     SPEED_GAIN,
     STAGE,
     STATIC_GAIN,
     SUBSTEP,
     VELOCITY,
-    VELOCITY_GAIN,
     Doubles,
     effect_step,
 )
 from ..relief import relieved
+from ..stops import cushioned, kept
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
-
-
-@njit(cache=True)
-def _kept(p: Doubles, value: float, c: Doubles) -> float:
-    """Inject what keeps the output between its limits; the voltage, less what brings a piston to a stand there."""
-    # What is not held by the stops goes on beside them; a stop that gives does so by what presses on it.
-    beside, give = 1.0 - p[12], value / p[11]
-    output = c[FREE_OUTPUT] + c[INJECTION_GAIN] * c[INJECTION] - beside * c[LOAD_OUTPUT]
-    limit, lower_limit = p[0] + max(give, 0.0), p[9] + min(give, 0.0)
-    if lower_limit <= output <= limit:
-        return value
-    end = limit if output > limit else lower_limit
-    velocity = c[FREE_VELOCITY] - beside * c[LOAD_VELOCITY]
-    if c[SPEED_GAIN] != 0.0:
-        # Within the sub-step: how much of it is left where the piston meets its end, and how fast it leaves by then.
-        before = c[VELOCITY] + p[12] * c[LOAD_VELOCITY]
-        way = 0.5 * (before + velocity) * c[SUBSTEP]
-        left = min((output - end) / way, 1.0) if (output - end) * way > 0.0 else 1.0
-        met = velocity + left * (before - velocity)
-        decay = max(1.0 - c[VELOCITY_GAIN] / c[SPEED_GAIN], 0.0) ** left
-        after = velocity - met * decay if met * (output - end) > 0.0 else velocity
-        if after * (output - end) > 0.0:
-            after = 0.0
-        braked = p[10] * (velocity - after) / c[VELOCITY_GAIN]
-        value -= braked
-        output -= c[OUTPUT_GAIN] * braked
-        end += p[10] * 0.5 * after * left * c[SUBSTEP]
-    over = (output - end) / c[INJECTION_GAIN]
-    if over > 0.0 and p[4] > 0.0:
-        # A weir: what stands above the rim runs off in time, never more than there is.
-        over = min(over, (output - end) / p[4] * ((output - end) / abs(end)) ** (p[5] - 1.0))
-    c[INJECTION] -= over
-    return value
 
 
 @effect_step
@@ -76,8 +36,10 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         # That store must end at its rim: it gets only the inflow that takes it there.
         value -= lost / c[STATIC_GAIN]
         c[INJECTION] += spill * lost * c[OUTLET_RATE]
+    if c[SPEED_GAIN] != 0.0 and p[15] > 0.0:
+        return cushioned(p, value, c)
     if c[INJECTION_GAIN] > 0.0:
-        value = _kept(p, value, c)
+        value = kept(p, value, c)
     return value
 
 
@@ -228,6 +190,16 @@ EFFECT = Effect(
             (0.1,),
             optional=True,
             channels=(Channel.PRESSURE,),
+        ),
+        Parameter(
+            "cushion_s",
+            Quantity.TIME,
+            "an end that is a spring and a damper: the damper's over the spring's; inside an integrating path only",
+            0.0,
+            0.5,
+            (0.008, 0.03),
+            optional=True,
+            channels=(Channel.POSITION,),
         ),
     ),
     step=_step,
