@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .choice import BENT, Measure, alternatives, best_set, certain, take_measure
+from .choice import Measure, alternatives, best_set, certain, take_measure
 from .distinct import distinct
 from .growth import MISSES, MOST, Growth
 from .neighbours import lessened
@@ -35,7 +35,7 @@ NULL_WHITE = 1.8
 MOSTLY = 0.5  # of the gap, or of how far parameters are off: what leaves more of it is not what is missing
 LEFT_SHARE = 0.06  # of the gap may stay unexplained
 ROUGH_SHARE = 0.4  # the same for a linear path fitted as a whole to foreign data, where no model reaches the noise
-BENT_SHARE = 0.015  # the same for effects that need nominal parameters far off as well
+BENT_SHARE = 0.015  # the same for several effects that need nominal parameters far off as well
 REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
 ALIKE = 1.25  # times what the best leaves beyond noise is as good where that is much,
@@ -178,8 +178,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         # Several effects that need nominal parameters further off than one of them have to explain all of it.
         parts = [e for _, e in scored if len(e.added) == 1 and set(e.added) < set(best.added)]
         further = measure.bent(best) and all(best.fit.penalty > e.fit.penalty for e in parts[:1])
-        # So has a single one that bends what the null leaves where it was.
-        few = not further or (len(best.added) == 1 and best.fit.penalty - null.fit.penalty <= BENT)
+        few = len(best.added) == 1 or not further
         share = ROUGH_SHARE if measure.rough else (LEFT_SHARE if few else BENT_SHARE)
         others = [(behind, e) for behind, e in scored if not set(best.added) <= set(e.added)]
         # A larger set that was not believed mends the form of its part.
