@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from scipy import signal
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSimulator, PlantModel
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery import DiscoveryResult, Verdict, discover
-from dt_station_nodes.discovery.channel import crowded
+from dt_station_nodes.discovery import DiscoveryResult, Verdict, discover, inspection
+from dt_station_nodes.discovery.channel import Finding, crowded
+from dt_station_nodes.discovery.problem import Problem
 
 PAPER = ModelSpec.from_yaml(
     (Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text(encoding="utf-8")
@@ -67,8 +69,19 @@ def test_between_forms_that_both_miss_the_same_bend_no_lead_decides() -> None:
     assert limit.confidence < 0.6
 
 
-def test_a_linear_path_that_fits_to_a_hundredth_lacks_nothing_with_a_name() -> None:
-    """An oscillator read a twentieth of a sample early: no path of its order can lead, and nothing is missing."""
+def test_a_linear_path_that_fits_to_a_hundredth_lacks_nothing_with_a_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An oscillator read a twentieth of a sample early: no path of its order can lead, and nothing is missing.
+
+    That shows in the null: the model is not searched as a known one first.
+    """
+    looks: list[bool] = []
+    examine = inspection.examine
+
+    def counted(problem: Problem, *rest: Any) -> Finding:
+        looks.append(problem.rough)
+        return examine(problem, *rest)
+
+    monkeypatch.setattr(inspection, "examine", counted)
     fine, n = 20, 3000
     drive = np.repeat(np.random.default_rng(8).standard_normal(n // 5), 5)
     b, a = signal.butter(2, 6.0 * 2.0 * STEP_S, fs=2.0)
@@ -78,7 +91,7 @@ def test_a_linear_path_that_fits_to_a_hundredth_lacks_nothing_with_a_name() -> N
     run = Run(STEP_S, {"servo_voltage_v": signal.lfilter(b, a, drive)[: early.size], "position_m": early})
     model = {"name": "m", "paths": {"position": {"numerator": [140.0], "denominator": [1.0, 2.5, 200.0]}}}
     result = discover(run, ModelSpec.model_validate(model), jobs=2)
-    assert result.verdict is Verdict.PARAMETERS_ONLY
+    assert (result.verdict, looks) == (Verdict.PARAMETERS_ONLY, [True])
 
 
 @pytest.mark.parametrize(

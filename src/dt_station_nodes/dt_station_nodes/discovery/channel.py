@@ -103,6 +103,13 @@ def foremost_null(bench: Bench, bases: list[PathSpec]) -> tuple[list[Explanation
     return nulls, min([*nulls, *untouched], key=lambda e: (first.score(e), -len(e.fit.path.effects)))
 
 
+def null_and_noise(problem: Problem, path: PathSpec, check: Problem | None = None) -> tuple[Explanation, float]:
+    """The best null of a channel's run, and the noise that it shows (RMS, unit of the channel), without a search."""
+    bench = Bench(problem, nominal_terms(path, problem.signal, problem.rough), check)
+    nulls, null = foremost_null(bench, base_paths(path))
+    return null, take_measure(bench, nulls).floors[0] ** 0.5
+
+
 def examine(
     problem: Problem,
     path: PathSpec,

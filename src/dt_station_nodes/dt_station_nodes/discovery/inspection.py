@@ -6,8 +6,7 @@ import numpy as np
 
 from ..core.models import ModelSpec
 from ..core.run import Run
-from .channel import Finding, base_paths, examine, foremost_null
-from .choice import take_measure
+from .channel import Finding, examine, null_and_noise
 from .condense import condensed
 from .data_checks import ChannelCheck
 from .drift import found_adrift
@@ -15,10 +14,10 @@ from .other_run import found_only_there, found_there, unseen_problem
 from .polish import carried_over, polished
 from .problem import Problem, make_problem
 from .result import Verdict
-from .selection import Bench, Explanation, Progress
+from .selection import Explanation, Progress
 from .settings import DiscoverySettings
 from .silence import ROUGH_FORM
-from .terms import nominal_terms, refits_all
+from .terms import refits_all
 from .workers import Workers
 
 CLOSE = 0.02  # of the signal, or
@@ -50,9 +49,7 @@ def _only_bent(run: Run, spec: ModelSpec, check: ChannelCheck, settings: Discove
     path = spec.paths[check.channel]
     short = condensed(run, check.channel, path)
     problem = make_problem(short.run, spec, check.channel, settings, check.frozen[short.rows])
-    bench = Bench(problem, nominal_terms(path, problem.signal))
-    nulls, null = foremost_null(bench, base_paths(path))
-    return _form_alone(problem, null, take_measure(bench, nulls).floors[0] ** 0.5)
+    return _form_alone(problem, *null_and_noise(problem, path))
 
 
 def _reached(finding: Finding) -> bool:

@@ -5,15 +5,13 @@ from dataclasses import replace
 from ..core.channels import Channel
 from ..core.models import ModelSpec, PathSpec
 from ..core.run import Run
-from .channel import Finding, base_paths, examine, foremost_null
-from .choice import take_measure
+from .channel import Finding, examine, null_and_noise
 from .condense import condensed
 from .data_checks import check_run
 from .problem import Problem, make_problem
 from .result import Verdict
-from .selection import Bench, Explanation, Progress
+from .selection import Explanation, Progress
 from .settings import DiscoverySettings
-from .terms import nominal_terms
 from .unseen import shows_only
 from .verdict import LIKE_NOISE
 from .workers import Workers
@@ -50,9 +48,7 @@ def found_only_there(
     """
     if unseen is None:
         return None, ""
-    bench = Bench(problem, nominal_terms(path, problem.signal, problem.rough), unseen, workers)
-    nulls, null = foremost_null(bench, base_paths(path))
-    sigma = take_measure(bench, nulls).floors[0] ** 0.5
+    null, sigma = null_and_noise(problem, path, unseen)
     if not shows_only(unseen, null.unseen, null.fit.residual, sigma):
         return None, ""
     channel = problem.channel.value

@@ -38,7 +38,7 @@ def kinks_v(problem: Problem, path: PathSpec, residual: Array) -> list[float]:
     """
     voltage = problem.simulator.voltage_v
     found = [0.5 * float(voltage.min() + voltage.max())]
-    for knots in _knots(problem.simulator.voltage_v):
+    for knots in _knots(voltage):
         slopes, widths = _slopes(problem, path, residual, knots), np.diff(knots)
         risen, passed = np.cumsum(slopes * widths)[:-1], np.cumsum(widths)[:-1]
         whole, range_v = float(slopes @ widths), float(np.sum(widths))
