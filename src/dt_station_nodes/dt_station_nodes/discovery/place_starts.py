@@ -7,6 +7,7 @@ from ..core.models.effects import Parameter, Quantity
 from .problem import Problem
 
 _INWARDS = (0.02, 0.1, 0.25)  # of the run's way
+_REAL = 1e-9  # of a pole, by which it may be off the real axis
 _HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only just meets
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
 _FAR = 0.5
@@ -14,8 +15,11 @@ _BELOW = (1.2, 2.0, 4.0)  # times the way from the run's mean down to its lowest
 
 
 def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
-    """Where a piston's stops begin: out of reach, or about the ends of the run's way, which it seldom goes beyond."""
-    if not problem.windows.anchored:
+    """Where the stops of a piston, or of a mass on a spring, begin.
+
+    Out of reach, or about the ends of the run's way, which it seldom goes beyond.
+    """
+    if not (problem.windows.anchored or _swings(path)):
         return [parameter.neutral] if parameter.name == "standing" else [start * unit for start in parameter.starts]
     if parameter.name == "standing":
         return list(parameter.starts)
@@ -24,6 +28,12 @@ def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: fl
     if parameter.name == "limit":
         return [parameter.upper * unit, *(high - inwards)]
     return [parameter.lower * unit, *(low + inwards)]
+
+
+def _swings(path: PathSpec) -> bool:
+    """Whether a path is a mass on a spring: no pole of it is real."""
+    poles = np.roots(path.denominator)
+    return bool(np.all(np.abs(poles.imag) > _REAL * np.abs(poles)))
 
 
 def spring_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:

@@ -12,6 +12,7 @@ from .compiled import (
     INJECTION_GAIN,
     LOAD_OUTPUT,
     LOAD_VELOCITY,
+    OUTLET_RATE,
     OUTPUT_GAIN,
     SPEED_GAIN,
     SUBSTEP,
@@ -33,13 +34,14 @@ def kept(p: Doubles, value: float, c: Doubles) -> float:
         return value
     end = limit if output > limit else lower_limit
     velocity = c[FREE_VELOCITY] - beside * c[LOAD_VELOCITY]
-    if c[SPEED_GAIN] != 0.0:
+    if c[OUTLET_RATE] == 0.0 and c[VELOCITY_GAIN] != 0.0:
         # Within the sub-step: how much of it is left where the piston meets its end, and how fast it leaves by then.
         before = c[VELOCITY] + p[12] * c[LOAD_VELOCITY]
         way = 0.5 * (before + velocity) * c[SUBSTEP]
         left = min((output - end) / way, 1.0) if (output - end) * way > 0.0 else 1.0
         met = velocity + left * (before - velocity)
-        decay = max(1.0 - c[VELOCITY_GAIN] / c[SPEED_GAIN], 0.0) ** left
+        slowed = c[VELOCITY_GAIN] / c[SPEED_GAIN] if c[SPEED_GAIN] != 0.0 else 0.0
+        decay = max(1.0 - slowed, 0.0) ** left
         after = velocity - met * decay if met * (output - end) > 0.0 else velocity
         if after * (output - end) > 0.0:
             after = 0.0

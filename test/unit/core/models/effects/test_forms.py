@@ -339,3 +339,24 @@ def test_a_cushioned_end_presses_back_as_a_spring_and_a_damper(cushion_s: float)
     # An end met within a sub-step is met by all of it or not at all.
     assert np.max(np.abs(pressed_in - exact)) < 3e-4
     assert np.max(np.abs(free - exact)) > 0.05
+
+
+@pytest.mark.parametrize("stop", [{}, {"stiffness": 7000.0, "cushion_s": 0.008}], ids=["hard", "spring_and_damper"])
+def test_a_mass_on_a_spring_meets_a_stop(stop: dict[str, float]) -> None:
+    """It stands still there, leaves at once, and is pressed back by no more than the voltage that it was pushed with."""
+    path = PathSpec(numerator=[0.576], denominator=[1.0, 19.2, 144.0])
+    end, step_s, fine = 0.012, STEP_S, 200
+    volts = 5.0 * np.sin(1.9 * step_s * np.arange(2400)) + 2.0 * np.sin(6.9 * step_s * np.arange(2400))
+    place, speed, ways = 0.0, 0.0, []
+    for volt in volts:
+        ways.append(place)
+        for _ in range(fine):
+            over = max(place - end, 0.0) if stop else 0.0
+            pressed = stop["stiffness"] * (over + stop["cushion_s"] * max(speed, 0.0)) if over > 0.0 else 0.0
+            speed += step_s / fine * (0.576 * (volt - pressed) - 19.2 * speed - 144.0 * place)
+            place += step_s / fine * speed
+            if not stop and place > end:
+                place, speed = end, min(speed, 0.0)
+    stopped = position(volts, having(path, "overflow", limit=end, standing=1.0, **stop))
+    assert np.std(position(volts, path) - ways) > 2e-3
+    assert np.std(stopped - ways) < 2e-5

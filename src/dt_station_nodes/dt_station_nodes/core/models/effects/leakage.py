@@ -9,6 +9,7 @@ from ..compiled import (
     INJECTION,
     INJECTION_GAIN,
     LOAD,
+    OUTLET_RATE,
     OUTPUT_GAIN,
     OWN_LOAD,
     REST,
@@ -34,7 +35,7 @@ def _through(p: Doubles, warmed: float, pressure: float, rest: float) -> float:
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     base, sag, lag, bend = p[2], p[3], p[4], p[5]
-    store = c[INJECTION_GAIN] != 0.0 or c[STATIC_GAIN] == 0.0
+    store = c[OUTLET_RATE] != 0.0 or c[STATIC_GAIN] == 0.0
     per_flow = c[INJECTION_GAIN] if store else c[OUTPUT_GAIN] / (c[STATIC_GAIN] * c[SETTLING_RATE])
     pressure = c[LOAD] + c[REST] * (1.0 - base)
     warmed = p[0] * max(1.0 + p[8] * c[TIME], 0.0)

@@ -9,7 +9,6 @@ from ..compiled import (
     INLET_RATE,
     OUTLET_RATE,
     OUTPUT,
-    SPEED_GAIN,
     STAGE,
     STATIC_GAIN,
     SUBSTEP,
@@ -36,7 +35,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         # That store must end at its rim: it gets only the inflow that takes it there.
         value -= lost / c[STATIC_GAIN]
         c[INJECTION] += spill * lost * c[OUTLET_RATE]
-    if c[SPEED_GAIN] != 0.0 and p[15] > 0.0:
+    if c[OUTLET_RATE] == 0.0 and p[15] > 0.0:
         return cushioned(p, value, c)
     if c[INJECTION_GAIN] > 0.0:
         value = kept(p, value, c)
@@ -139,7 +138,7 @@ EFFECT = Effect(
         Parameter(
             "standing",
             Quantity.RATIO,
-            "1: a piston stands still at its end, 0: what drives it runs on; inside an integrating path only",
+            "1: a piston stands still at its end, 0: what drives it runs on; inside the path of a moving mass only",
             0.0,
             1.0,
             (0.0, 1.0),
@@ -194,7 +193,7 @@ EFFECT = Effect(
         Parameter(
             "cushion_s",
             Quantity.TIME,
-            "an end that is a spring and a damper: the damper's over the spring's; inside an integrating path only",
+            "an end that is a spring and a damper: the damper's over the spring's; inside the path of a moving mass only",
             0.0,
             0.5,
             (0.008, 0.03),
