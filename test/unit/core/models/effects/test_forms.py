@@ -135,6 +135,15 @@ def test_a_pressure_that_rises_quicker_than_it_falls_ends_at_the_same() -> None:
     assert one_sided[470] > plain[470] + 1e4
 
 
+def test_unequal_areas_change_the_way_and_not_when_the_piston_turns() -> None:
+    voltage = 2.0 * np.sin(2.0 * np.pi * 0.5 * STEP_S * np.arange(1200))
+    plain = position(voltage, POSITION)
+    unequal = having(POSITION, "asymmetric_gain", at="state", asymmetry=0.2, of_speed=1.0)
+    steps = np.diff(plain)
+    expected = np.cumsum(steps + 0.2 * np.abs(steps))
+    assert position(voltage, unequal)[1:] == pytest.approx(expected, abs=2e-5 * np.ptp(plain))
+
+
 @pytest.mark.parametrize("volts", [1.0, 3.0])
 def test_a_droop_divides_the_gain(volts: float) -> None:
     per_pa = 2e-7
@@ -343,7 +352,7 @@ def test_a_cushioned_end_presses_back_as_a_spring_and_a_damper(cushion_s: float)
 
 @pytest.mark.parametrize("stop", [{}, {"stiffness": 7000.0, "cushion_s": 0.008}], ids=["hard", "spring_and_damper"])
 def test_a_mass_on_a_spring_meets_a_stop(stop: dict[str, float]) -> None:
-    """It stands still there, leaves at once, and is pressed back by no more than the voltage that it was pushed with."""
+    """It stands still there, leaves at once, and is pressed back by what the stop is made of."""
     path = PathSpec(numerator=[0.576], denominator=[1.0, 19.2, 144.0])
     end, step_s, fine = 0.012, STEP_S, 200
     volts = 5.0 * np.sin(1.9 * step_s * np.arange(2400)) + 2.0 * np.sin(6.9 * step_s * np.arange(2400))

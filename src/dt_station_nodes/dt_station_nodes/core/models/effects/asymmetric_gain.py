@@ -1,13 +1,25 @@
 """Asymmetric gain: one direction answers more strongly than the other.
 
-On the voltage its sign decides; inside a path the direction of motion does: a pressure rises quicker than it falls.
+On the voltage its sign decides; inside a path the direction of motion does: a pressure rises quicker than it falls, a
+piston is slower where the same flow fills the larger area.
 """
 
 import math
 
 from numba import njit
 
-from ..compiled import FREE_VELOCITY, LOAD_VELOCITY, STAGE, STATIC_GAIN, Doubles, effect_step, halfway
+from ..compiled import (
+    FREE_VELOCITY,
+    INJECTION,
+    LOAD_VELOCITY,
+    SPEED_GAIN,
+    STAGE,
+    STATIC_GAIN,
+    VELOCITY,
+    Doubles,
+    effect_step,
+    halfway,
+)
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
@@ -18,12 +30,22 @@ def _bent(x: float, asymmetry: float, rounding: float) -> float:
     return x * (1.0 + asymmetry if x > 0.0 else 1.0 - asymmetry)
 
 
+@njit(cache=True)
+def _mean_size(one: float, other: float) -> float:
+    """Mean of the size of what goes straight from one value to the other."""
+    total = abs(one) + abs(other)
+    return 0.5 * (one * one + other * other) / total if one * other < 0.0 else 0.5 * total
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[STAGE] > 0.5 and c[STATIC_GAIN] != 0.0:
         held = halfway(c) / c[STATIC_GAIN]
         return held + _bent(value - held, p[0], p[2])
     if c[STAGE] > 0.5:
+        if p[4] > 0.5 and c[SPEED_GAIN] != 0.0:
+            c[INJECTION] += p[0] * _mean_size(c[VELOCITY], c[FREE_VELOCITY] - c[LOAD_VELOCITY])
+            return value
         return value * (1.0 + p[0] if c[FREE_VELOCITY] > c[LOAD_VELOCITY] else 1.0 - p[0])
     bent = p[1] + _bent(value - p[1], p[0], p[2])
     return bent if p[3] == 0.0 else bent - p[3] * (p[1] + _bent(-p[1], p[0], p[2]))
@@ -70,6 +92,16 @@ EFFECT = Effect(
             (0.0, 1.0),
             optional=True,
             apart=True,
+            usual=(1.0,),
+        ),
+        Parameter(
+            "of_speed",
+            Quantity.RATIO,
+            "inside an integrating path, 1: the speed itself is more or less, as by unequal areas, 0: what drives it is",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
             usual=(1.0,),
         ),
     ),

@@ -193,7 +193,7 @@ EFFECT = Effect(
         Parameter(
             "cushion_s",
             Quantity.TIME,
-            "an end that is a spring and a damper: the damper's over the spring's; inside the path of a moving mass only",
+            "an end that is a spring and a damper: the damper's over the spring's; inside a moving mass's path only",
             0.0,
             0.5,
             (0.008, 0.03),
