@@ -97,7 +97,7 @@ EFFECT = Effect(
         Parameter(
             "of_speed",
             Quantity.RATIO,
-            "inside an integrating path, 1: the speed itself is more or less, as by unequal areas, 0: what drives it is",
+            "inside an integrating path, 1: the speed itself is more or less (unequal areas), 0: what drives it is",
             0.0,
             1.0,
             (1.0,),
