@@ -3,6 +3,7 @@
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -104,14 +105,19 @@ def test_what_was_done_with_a_set_is_done_again_where_it_was_found_so_much_bette
     assert not Growth._done({}, now, Scored())
 
 
-@pytest.mark.parametrize(("gain", "idle"), [(4.0, True), (12.0, False)])
-def test_an_effect_that_explains_no_more_than_chance_is_idle(
-    singles: tuple[Bench, Explanation, list[Explanation]], gain: float, idle: bool
+@pytest.mark.parametrize(("gain", "penalty", "needless"), [(0.1, 0.0, True), (0.5, 0.0, False), (0.1, 20.0, False)])
+def test_a_set_whose_part_is_all_that_can_be_named_is_not_exchanged(
+    singles: tuple[Bench, Explanation, list[Explanation]], gain: float, penalty: float, needless: bool
 ) -> None:
-    single = replace(singles[2][1], added=("delay",), powers=(100.0,))
-    larger = replace(single, added=("delay", "friction"), powers=(100.0 - gain,))
-    assert growth._idle(larger, single, Scored()) is idle
-    assert not growth._idle(replace(larger, added=("bias", "friction")), single, Scored())
+    """Unless the part bends nominal parameters that the whole leaves where they were."""
+    bench, null, found = singles
+    single = replace(found[1], added=("delay",), fit=replace(found[1].fit, penalty=penalty))
+    larger = replace(single, added=("delay", "friction"), fit=replace(found[1].fit, penalty=0.0))
+    left = {id(larger): 0.0, id(single): gain}
+    measure = SimpleNamespace(rough=False, noise=1.0, left=lambda e: left[id(e)])
+    growing = Growth(bench, null, [], 3)
+    assert growing._needless(larger, [larger, single], measure) is needless
+    assert not growing._needless(single, [larger, single], measure)
 
 
 def test_two_effects_that_miss_much_of_the_signal_are_not_given_a_third(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .choice import ENOUGH_TO_NAME, WORTH_NOISE, Measure, could_add, take_measure
+from .choice import BENT, ENOUGH_TO_NAME, WORTH_NOISE, Measure, could_add, take_measure
 from .distinct import distinct
 from .neighbours import exchange, reduced
 from .recurring import recurring
@@ -41,13 +41,18 @@ class Growth:
             leaders = self._leaders(measure)
             if not leaders or (number and self._old(leaders[0], measure)):
                 break
-            self._extend(1 if number else BEAM)
-            measure = take_measure(self._bench, self._known)
-            leaders = self._leaders(measure)
-            if self._foreign() or (max(len(e.added) for e in leaders) > 1 and self._lost(leaders, measure)):
-                break
-            self._exchange()
-            self._reduce()
+            for _ in range(self._most_effects - 1):
+                extended = self._extend(1 if number else BEAM)
+                measure = take_measure(self._bench, self._known)
+                leaders = self._leaders(measure)
+                if self._foreign() or (max(len(e.added) for e in leaders) > 1 and self._lost(leaders, measure)):
+                    return
+                # A smaller set that is all there is needs no exchange of what is put on top of it.
+                self._reduce()
+                self._exchange()
+                self._reduce()
+                if not extended:
+                    break
 
     def _leaders(self, measure: Measure) -> list[Explanation]:
         return sorted((e for e in self._known if e.inside and e.added), key=measure.score)
@@ -76,25 +81,26 @@ class Growth:
             return False
         return measure.score(self._null) - measure.score(leader) >= ENOUGH_TO_NAME or gap >= measure.noise
 
-    def _extend(self, beam: int) -> None:
-        for _ in range(self._most_effects - 1):
-            measure = take_measure(self._bench, self._known)
-            inside = self._leaders(measure)
-            size = len(inside[0].added)
-            if size >= self._most_effects or not self._worth_more(inside[0], measure):
-                break
-            smaller = [measure.left(e) for e in inside if len(e.added) < size]
-            if not measure.rough and size > 1 and measure.left(inside[0]) > MORE_LEAVES * min(smaller, default=np.inf):
-                break
-            near = LIKELY * measure.left(inside[0])
-            bases = [e for e in inside[: beam if size == 1 else 1] if measure.left(e) <= near or e is inside[0]]
-            # What has been grown already would give the same again.
-            bases = [e for e in bases if self._grown.get(tuple(sorted(e.added))) is not e]
-            bases = [e for e in bases if self._believable(e) or not self._lost([e], measure)]
-            if not bases:
-                break
-            self._grown.update({tuple(sorted(e.added)): e for e in bases})
-            self._learn(scan(self._bench, bases, MOST, self._finest, self._reached()), measure)
+    def _extend(self, beam: int) -> bool:
+        """Whether the foremost sets were tried with one more effect each."""
+        measure = take_measure(self._bench, self._known)
+        inside = self._leaders(measure)
+        size = len(inside[0].added)
+        if size >= self._most_effects or not self._worth_more(inside[0], measure):
+            return False
+        smaller = [measure.left(e) for e in inside if len(e.added) < size]
+        if not measure.rough and size > 1 and measure.left(inside[0]) > MORE_LEAVES * min(smaller, default=np.inf):
+            return False
+        near = LIKELY * measure.left(inside[0])
+        bases = [e for e in inside[: beam if size == 1 else 1] if measure.left(e) <= near or e is inside[0]]
+        # What has been grown already would give the same again.
+        bases = [e for e in bases if self._grown.get(tuple(sorted(e.added))) is not e]
+        bases = [e for e in bases if self._believable(e) or not self._lost([e], measure)]
+        if not bases:
+            return False
+        self._grown.update({tuple(sorted(e.added)): e for e in bases})
+        self._learn(scan(self._bench, bases, MOST, self._finest, self._reached()), measure)
+        return True
 
     def _foreign(self) -> bool:
         """Whether a set with a form outside the vocabulary is far ahead of those without, which are larger or full."""
@@ -119,17 +125,25 @@ class Growth:
     def _exchange(self) -> None:
         measure = take_measure(self._bench, self._known)
         leaders = self._leaders(measure)
-        larger = [e for e in leaders if len(e.added) > 1]
+        larger = [e for e in leaders if len(e.added) > 1 and not self._needless(e, leaders, measure)]
         if not larger or self._done(self._exchanged, larger[0], measure):
             return
-        # Beside an effect that does nothing, those in place of the other are the single ones, known already.
-        if not (len(leaders[0].added) == 1 and _idle(larger[0], leaders[0], measure)):
-            # One a little behind may have grown from a form of its first effect that the second makes needless.
-            near = [e for e in larger[:2] if measure.score(e) - measure.score(larger[0]) < _NEAR]
-            for explanation in near:
-                self._exchanged[tuple(sorted(explanation.added))] = explanation
-                self._learn(exchange(self._bench, explanation, MOST, self._finest, self._reached()), measure)
-            self._known[:] = distinct(self._bench, self._known)
+        # One a little behind may have grown from a form of its first effect that the second makes needless.
+        near = [e for e in larger[:2] if measure.score(e) - measure.score(larger[0]) < _NEAR]
+        for explanation in near:
+            self._exchanged[tuple(sorted(explanation.added))] = explanation
+            self._learn(exchange(self._bench, explanation, MOST, self._finest, self._reached()), measure)
+        self._known[:] = distinct(self._bench, self._known)
+
+    def _needless(self, larger: Explanation, leaders: list[Explanation], measure: Measure) -> bool:
+        """Whether a smaller set leaves so little more that no larger one would be named in its place."""
+        parts = [e for e in leaders if len(e.added) < len(larger.added)]
+        if measure.rough:
+            ahead = [e for e in parts if set(e.added) < set(larger.added) and measure.score(e) < measure.score(larger)]
+            return any(max(measure.told(part, larger)) < IDLE for part in ahead)
+        least = measure.left(larger) + WORTH_NOISE * measure.noise
+        believed = [e for e in parts if measure.left(e) <= least and sensible(e, self._bench.problem)]
+        return any(e.fit.penalty - larger.fit.penalty <= BENT for e in believed)
 
     def _reduce(self) -> None:
         for size in range(self._most_effects, 1, -1):
@@ -144,8 +158,3 @@ class Growth:
 
     def _learn(self, found: list[Explanation], measure: Measure) -> None:
         self._known += recurring(found, self._known, measure)
-
-
-def _idle(larger: Explanation, single: Explanation, measure: Measure) -> bool:
-    """Whether what a larger set adds to a single effect explains nothing."""
-    return set(single.added) <= set(larger.added) and max(measure.told(single, larger)) < IDLE
