@@ -77,7 +77,8 @@ class Candidate:
     def optional(self) -> tuple[str, ...]:
         """Parameters that refine it."""
         elsewhere = self.effect.apart_at not in (None, self.at)
-        return tuple(p.name for p in self.effect.parameters if not self._needs(p) and not (p.apart and elsewhere))
+        here = (p for p in self.effect.parameters if p.at in (None, self.place))
+        return tuple(p.name for p in here if not self._needs(p) and not (p.apart and elsewhere))
 
     def refining(self, channel: Channel) -> tuple[str, ...]:
         """Those that mean something on a channel and have starts."""

@@ -41,8 +41,12 @@ class Growth:
             leaders = self._leaders(measure)
             if not leaders or (number and self._old(leaders[0], measure)):
                 break
+            beam = 1 if number else BEAM
+            if self._bench.rough:
+                self._grow_first(beam)
+                continue
             for _ in range(self._most_effects - 1):
-                extended = self._extend(1 if number else BEAM)
+                extended = self._extend(beam)
                 measure = take_measure(self._bench, self._known)
                 leaders = self._leaders(measure)
                 if self._foreign() or (max(len(e.added) for e in leaders) > 1 and self._lost(leaders, measure)):
@@ -53,6 +57,14 @@ class Growth:
                 self._reduce()
                 if not extended:
                     break
+
+    def _grow_first(self, beam: int) -> None:
+        """Rough data are explained by several effects: what is exchanged before the set is full misleads."""
+        for _ in range(self._most_effects - 1):
+            if not self._extend(beam):
+                break
+        self._exchange()
+        self._reduce()
 
     def _leaders(self, measure: Measure) -> list[Explanation]:
         return sorted((e for e in self._known if e.inside and e.added), key=measure.score)
@@ -139,8 +151,10 @@ class Growth:
         """Whether a smaller set leaves so little more that no larger one would be named in its place."""
         parts = [e for e in leaders if len(e.added) < len(larger.added)]
         if measure.rough:
-            ahead = [e for e in parts if set(e.added) < set(larger.added) and measure.score(e) < measure.score(larger)]
-            return any(max(measure.told(part, larger)) < IDLE for part in ahead)
+            # Beside an effect that does nothing, those in place of the other are the single ones, known already.
+            first, foremost = leaders[0], next(e for e in leaders if len(e.added) > 1)
+            single = len(first.added) == 1 and set(first.added) < set(foremost.added)
+            return single and max(measure.told(first, foremost)) < IDLE
         least = measure.left(larger) + WORTH_NOISE * measure.noise
         believed = [e for e in parts if measure.left(e) <= least and sensible(e, self._bench.problem)]
         return any(e.fit.penalty - larger.fit.penalty <= BENT for e in believed)

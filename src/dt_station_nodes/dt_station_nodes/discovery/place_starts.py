@@ -22,7 +22,7 @@ def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: fl
     if not (problem.windows.anchored or _swings(path)):
         return [parameter.neutral] if parameter.name == "standing" else [start * unit for start in parameter.starts]
     if parameter.name == "standing":
-        return list(parameter.starts)
+        return list(parameter.starts) if problem.windows.anchored else [1.0]
     low, high = (float(end(problem.measured)) - path.rest for end in (np.min, np.max))
     inwards = np.array([_HISS * problem.noise, *((high - low) * share for share in _INWARDS)])
     if parameter.name == "limit":

@@ -103,6 +103,7 @@ EFFECT = Effect(
             (1.0,),
             optional=True,
             usual=(1.0,),
+            at=Attachment.STATE,
         ),
     ),
     step=_step,

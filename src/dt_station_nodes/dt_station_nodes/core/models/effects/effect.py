@@ -58,7 +58,7 @@ class Parameter:
     starts 0 and 1, each does. `usual` values are a choice of form, no measured number: a fit that ends near one is
     tried there. What a parameter changes may come in stairs: less than its `grain` shows in no sample, so its fit
     begins from finer starts and takes slopes over that, on the channels `in_stairs`. It means something on its
-    `channels` only.
+    `channels` only and, given a place `at`, only there.
     """
 
     name: str
@@ -77,6 +77,7 @@ class Parameter:
     grain: float = 0.0
     in_stairs: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
     channels: tuple[Channel, ...] = (Channel.PRESSURE, Channel.POSITION)
+    at: Attachment | None = None
 
     def grain_on(self, channel: Channel) -> float:
         """Its grain on a channel."""
