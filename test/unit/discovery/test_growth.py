@@ -105,6 +105,16 @@ def test_what_was_done_with_a_set_is_done_again_where_it_was_found_so_much_bette
     assert not Growth._done({}, now, Scored())
 
 
+@pytest.mark.parametrize(("gain", "idle"), [(4.0, True), (12.0, False)])
+def test_an_effect_that_explains_no_more_than_chance_is_idle(
+    singles: tuple[Bench, Explanation, list[Explanation]], gain: float, idle: bool
+) -> None:
+    single = replace(singles[2][1], added=("delay",), powers=(100.0,))
+    larger = replace(single, added=("delay", "friction"), powers=(100.0 - gain,))
+    assert growth._idle(larger, single, Scored()) is idle
+    assert not growth._idle(replace(larger, added=("bias", "friction")), single, Scored())
+
+
 @pytest.mark.parametrize(("gain", "penalty", "needless"), [(0.1, 0.0, True), (0.5, 0.0, False), (0.1, 20.0, False)])
 def test_a_set_whose_part_is_all_that_can_be_named_is_not_exchanged(
     singles: tuple[Bench, Explanation, list[Explanation]], gain: float, penalty: float, needless: bool
@@ -118,6 +128,55 @@ def test_a_set_whose_part_is_all_that_can_be_named_is_not_exchanged(
     growing = Growth(bench, null, [], 3)
     assert growing._needless(larger, [larger, single], measure) is needless
     assert not growing._needless(single, [larger, single], measure)
+    measure.rough = True
+    assert not growing._needless(larger, [larger, single], measure)
+
+
+@pytest.mark.parametrize(
+    ("rough", "part", "expected"),
+    [
+        (False, 0.3, ["scan 1", "reduce 2", "exchange 2", "scan 2"]),
+        (False, 0.0, ["reduce 2"]),
+        (True, 0.3, ["scan 1", "scan 2", "exchange 2", "reduce 2"]),
+    ],
+    ids=["known", "explained", "rough"],
+)
+def test_a_pair_is_reduced_and_exchanged_before_it_gets_a_third(
+    singles: tuple[Bench, Explanation, list[Explanation]],
+    monkeypatch: pytest.MonkeyPatch,
+    rough: bool,
+    part: float,
+    expected: list[str],
+) -> None:
+    """But in rough data; and not at all where one of its effects explains the run."""
+    alone, null, found = singles
+    bench = replace(alone, problem=replace(alone.problem, rough=rough))
+    power = float(null.fit.residual @ null.fit.residual)
+    unbent = replace(found[1].fit, penalty=0.0)
+    first = replace(null, powers=(100.0 * power,))
+    single = replace(found[1], fit=unbent, powers=(part * power,))
+    path = add_effect(found[1].fit.path, Candidate("delay"), {"delay_s": 0.1})
+    pair = replace(single, added=(*single.added, "delay"), fit=replace(unbent, path=path), powers=(0.2 * part * power,))
+    done: list[str] = []
+
+    def scanned(_bench: Bench, bases: list[Explanation], *_: object) -> list[Explanation]:
+        done.append(f"scan {len(bases[0].added)}")
+        return [pair] if len(bases[0].added) == 1 else []
+
+    def exchanged(_bench: Bench, leader: Explanation, *_: object) -> list[Explanation]:
+        done.append(f"exchange {len(leader.added)}")
+        return []
+
+    def reduced(_bench: Bench, larger: list[Explanation]) -> list[Explanation]:
+        done.extend(f"reduce {len(e.added)}" for e in larger)
+        return []
+
+    monkeypatch.setattr(growth, "scan", scanned)
+    monkeypatch.setattr(growth, "exchange", exchanged)
+    monkeypatch.setattr(growth, "reduced", reduced)
+    Growth(bench, first, [first, single, *([] if part else [pair])], 3).run()
+    assert done[: len(expected)] == expected
+    assert part or len(done) == 1
 
 
 def test_two_effects_that_miss_much_of_the_signal_are_not_given_a_third(monkeypatch: pytest.MonkeyPatch) -> None:

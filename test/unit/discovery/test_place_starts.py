@@ -7,7 +7,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSpec
 from dt_station_nodes.core.models.effects import registry
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery.place_starts import store_starts
+from dt_station_nodes.discovery.place_starts import stop_starts, store_starts
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
 
@@ -28,3 +28,19 @@ def test_a_store_begins_about_the_runs_levels_wherever_the_linear_path_rests(res
     for curvature in store_starts(problem, path, effect.parameter("curvature")):
         under_the_root = 1.0 + 2.0 * curvature * (level - rest - reference)
         assert 0.0 < under_the_root.min() < 0.9
+
+
+@pytest.mark.parametrize(("damping", "swings"), [(19.2, True), (30.0, False)])
+def test_only_a_mass_on_a_spring_has_stops_about_the_ends_of_its_way(damping: float, swings: bool) -> None:
+    """It stands still there; with real poles alone it may as well be a store."""
+    path = PathSpec(numerator=[0.576], denominator=[1.0, damping, 144.0], rest=0.5)
+    seconds = 0.02 * np.arange(900)
+    way = 0.5 + 0.012 * np.sin(2.0 * seconds)
+    run = Run(0.02, {"servo_voltage_v": 3.0 * np.sin(2.0 * seconds + 0.2), "position_m": way})
+    axis = ModelSpec(name="axis", paths={Channel.POSITION: path})
+    problem = make_problem(run, axis, Channel.POSITION, DiscoverySettings())
+    limits, standing = (
+        stop_starts(problem, path, registry()["overflow"].parameter(name), 1.0) for name in ("limit", "standing")
+    )
+    assert standing == ([1.0] if swings else [0.0])
+    assert any(0.008 < limit < 0.012 for limit in limits) is swings

@@ -59,7 +59,7 @@ class Growth:
                     break
 
     def _grow_first(self, beam: int) -> None:
-        """Rough data are explained by several effects: what is exchanged before the set is full misleads."""
+        """In rough data hardly a set is enough early: exchanging each on the way costs more than it saves."""
         for _ in range(self._most_effects - 1):
             if not self._extend(beam):
                 break
@@ -140,6 +140,9 @@ class Growth:
         larger = [e for e in leaders if len(e.added) > 1 and not self._needless(e, leaders, measure)]
         if not larger or self._done(self._exchanged, larger[0], measure):
             return
+        # Beside an effect that does nothing, those in place of the other are the single ones, known already.
+        if len(leaders[0].added) == 1 and _idle(larger[0], leaders[0], measure):
+            return
         # One a little behind may have grown from a form of its first effect that the second makes needless.
         near = [e for e in larger[:2] if measure.score(e) - measure.score(larger[0]) < _NEAR]
         for explanation in near:
@@ -149,15 +152,12 @@ class Growth:
 
     def _needless(self, larger: Explanation, leaders: list[Explanation], measure: Measure) -> bool:
         """Whether a smaller set leaves so little more that no larger one would be named in its place."""
-        parts = [e for e in leaders if len(e.added) < len(larger.added)]
         if measure.rough:
-            # Beside an effect that does nothing, those in place of the other are the single ones, known already.
-            first, foremost = leaders[0], next(e for e in leaders if len(e.added) > 1)
-            single = len(first.added) == 1 and set(first.added) < set(foremost.added)
-            return single and max(measure.told(first, foremost)) < IDLE
+            return False
         least = measure.left(larger) + WORTH_NOISE * measure.noise
-        believed = [e for e in parts if measure.left(e) <= least and sensible(e, self._bench.problem)]
-        return any(e.fit.penalty - larger.fit.penalty <= BENT for e in believed)
+        parts = [e for e in leaders if len(e.added) < len(larger.added) and measure.left(e) <= least]
+        bent = larger.fit.penalty + BENT
+        return any(e.fit.penalty <= bent and sensible(e, self._bench.problem) for e in parts)
 
     def _reduce(self) -> None:
         for size in range(self._most_effects, 1, -1):
@@ -172,3 +172,8 @@ class Growth:
 
     def _learn(self, found: list[Explanation], measure: Measure) -> None:
         self._known += recurring(found, self._known, measure)
+
+
+def _idle(larger: Explanation, single: Explanation, measure: Measure) -> bool:
+    """Whether what a larger set adds to a single effect explains nothing."""
+    return set(single.added) <= set(larger.added) and max(measure.told(single, larger)) < IDLE

@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from ..core.models import PathSpec
+from ..core.models import PathSpec, real_poles
 from ..core.models.effects import Parameter, Quantity
 from .problem import Problem
 
 _INWARDS = (0.02, 0.1, 0.25)  # of the run's way
-_REAL = 1e-9  # of a pole, by which it may be off the real axis
 _HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only just meets
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
 _FAR = 0.5
@@ -19,21 +18,16 @@ def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: fl
 
     Out of reach, or about the ends of the run's way, which it seldom goes beyond.
     """
-    if not (problem.windows.anchored or _swings(path)):
+    swings = not real_poles(path.denominator)
+    if not (problem.windows.anchored or swings):
         return [parameter.neutral] if parameter.name == "standing" else [start * unit for start in parameter.starts]
     if parameter.name == "standing":
-        return list(parameter.starts) if problem.windows.anchored else [1.0]
+        return [1.0] if swings else list(parameter.starts)
     low, high = (float(end(problem.measured)) - path.rest for end in (np.min, np.max))
     inwards = np.array([_HISS * problem.noise, *((high - low) * share for share in _INWARDS)])
     if parameter.name == "limit":
         return [parameter.upper * unit, *(high - inwards)]
     return [parameter.lower * unit, *(low + inwards)]
-
-
-def _swings(path: PathSpec) -> bool:
-    """Whether a path is a mass on a spring: no pole of it is real."""
-    poles = np.roots(path.denominator)
-    return bool(np.all(np.abs(poles.imag) > _REAL * np.abs(poles)))
 
 
 def spring_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:

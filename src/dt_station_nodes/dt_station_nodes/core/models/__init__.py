@@ -1,6 +1,6 @@
 """Models of the object: readable YAML, exact linear paths, compiled effects, one kernel."""
 
-from .linear import coefficients
+from .linear import coefficients, real_poles
 from .plant import ModelInput, ModelOutput, ModelState, PlantModel, Simulation
 from .prepare import LONGEST_SUBSTEP_S
 from .single import PathSimulator, at_places
@@ -23,4 +23,5 @@ __all__ = [
     "TransferFunction",
     "at_places",
     "coefficients",
+    "real_poles",
 ]

@@ -28,8 +28,8 @@ class LinearPath:
 
     `velocity` and `velocity_direct` read dy/dt = velocity x + velocity_direct u (u held). `e` injects a flow
     w (output units per s) into the store behind the output, whose content alone decays with `outlet_rate` (1/s):
-    oil or water lost or gained there. Where no real pole is seen at the output there is no store but a mass on a
-    spring: w moves it, its speed as it was, and `outlet_rate` is 0. `inlet_rate` (1/s) is that
+    oil or water lost or gained there; zeros where that pole is not seen at the output. Where no pole is real there is
+    no store but a mass on a spring: w moves it, its speed as it was, and `outlet_rate` is 0. `inlet_rate` (1/s) is that
     of the one store before it, where the path is two such stores in a row, else 0. `static_gain` and `settling_rate`
     (1/s, one over the mean lag of its poles) are 0 for an integrating path. A path stands still where only the last
     state is not 0: the output is `standing_gain` times it. `speed_gain` is the velocity per volt in steady motion of a
@@ -61,6 +61,12 @@ def coefficients_key(transfer: TransferFunction) -> tuple[tuple[float, ...], tup
     """Numerator and denominator of `coefficients`, hashable."""
     numerator, denominator = coefficients(transfer)
     return tuple(numerator.tolist()), tuple(denominator.tolist())
+
+
+def real_poles(denominator: Array | tuple[float, ...]) -> list[float]:
+    """Real roots of a denominator: a mass on a spring that swings has none."""
+    roots = np.roots(denominator)
+    return [float(p.real) for p in roots if abs(p.imag) < 1e-9 * max(abs(p), 1e-9)]
 
 
 def discretise(
@@ -153,22 +159,12 @@ def _injection(denominator: Array, c: Array, outlet: Outlet) -> tuple[Array, flo
     Without a real pole: the state in which the output stands still.
     """
     n = denominator.size - 1
-    moved = np.zeros(n)
-    if abs(c[-1]) > 1e-12 * float(np.abs(c).max()):
-        moved[-1] = 1.0 / c[-1]
-    poles = np.roots(denominator)
-    real = sorted(
-        (float(p.real) for p in poles if abs(p.imag) < 1e-9 * max(abs(p), 1e-9)),
-        key=abs,
-        reverse=outlet is Outlet.FASTEST,
-    )
-    if not real:
-        return moved, 0.0, 0.0
-    pole = real[0]
-    # Eigenvector of a companion matrix: powers of its eigenvalue.
+    real = sorted(real_poles(denominator), key=abs, reverse=outlet is Outlet.FASTEST)
+    pole = real[0] if real else 0.0
+    # Eigenvector of a companion matrix: powers of its eigenvalue; of 0, the state that stands still.
     vector = pole ** np.arange(n - 1, -1, -1.0)
     readout = float(c @ vector)
     if abs(readout) < 1e-12 * float(np.abs(c).max()):
-        return moved, 0.0, 0.0
+        return np.zeros(n), 0.0, 0.0
     two_stores = n == len(real) == 2 and min(abs(p) for p in real) > 1e-9 * max(abs(p) for p in real)
     return vector / readout, -pole, -real[1] if two_stores else 0.0

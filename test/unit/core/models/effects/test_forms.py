@@ -367,5 +367,24 @@ def test_a_mass_on_a_spring_meets_a_stop(stop: dict[str, float]) -> None:
             if not stop and place > end:
                 place, speed = end, min(speed, 0.0)
     stopped = position(volts, having(path, "overflow", limit=end, standing=1.0, **stop))
-    assert np.std(position(volts, path) - ways) > 2e-3
+    free = position(volts, path)
+    assert np.std(free - ways) > 2e-3
     assert np.std(stopped - ways) < 2e-5
+    # It is no store: nothing of it runs over.
+    assert position(volts, having(path, "overflow", limit=end, **stop)) == pytest.approx(free, abs=1e-12)
+
+
+def test_a_mass_without_a_spring_goes_no_further_than_its_limit() -> None:
+    path = PathSpec(numerator=[0.5], denominator=[1.0, 0.0, 0.0])
+    volts = np.full(400, 1.0)
+    assert position(volts, path)[-1] > 0.2
+    assert position(volts, having(path, "overflow", limit=0.1))[-1] == pytest.approx(0.1)
+
+
+def test_a_leak_of_a_mass_on_a_spring_is_taken_off_the_voltage() -> None:
+    """It is no store that loses it at once: the output comes to stand lower by the flow in the mean lag of the path."""
+    path = PathSpec(numerator=[0.576], denominator=[1.0, 19.2, 144.0])
+    leak, volts = 2e-9, np.full(2000, 3.0)
+    lower = position(volts, path) - position(volts, having(path, "leakage", coefficient=leak))
+    assert lower[-1] == pytest.approx(leak * 1e6 * 19.2 / 144.0, rel=1e-3)
+    assert lower[1] < 0.2 * leak * 1e6 * STEP_S

@@ -9,7 +9,6 @@ from ..compiled import (
     INLET_RATE,
     OUTLET_RATE,
     OUTPUT,
-    SPEED_GAIN,
     STAGE,
     STATIC_GAIN,
     SUBSTEP,
@@ -36,8 +35,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         # That store must end at its rim: it gets only the inflow that takes it there.
         value -= lost / c[STATIC_GAIN]
         c[INJECTION] += spill * lost * c[OUTLET_RATE]
-    if c[OUTLET_RATE] == 0.0 and c[SPEED_GAIN] == 0.0 and p[10] == 0.0:
-        # No store at all: only a mass on a spring, which stands still at a stop, has an end there.
+    if c[OUTLET_RATE] == 0.0 and c[STATIC_GAIN] != 0.0 and p[10] == 0.0:
+        # No store at all but a mass on a spring: only where it stands still at a stop has it an end there.
         return value
     if c[OUTLET_RATE] == 0.0 and p[15] > 0.0:
         return cushioned(p, value, c)
