@@ -35,7 +35,7 @@ _TOGETHER = (
     ("spread", "closes_v"),
     ("way_back", "uneven"),
     ("closes_v", "open_at_v"),
-    ("spread", "bend_per_v"),
+    ("spread", "depth", "bend_per_v", "steepness"),
     ("bend_per_v", "open_at_v"),
     ("presliding", "damping_s"),
     ("stiffness", "cushion_s"),

@@ -1,5 +1,6 @@
 """One path alone: the same as in the whole model, whatever of it is simulated apart or once for all."""
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -100,3 +101,14 @@ def test_what_the_load_does_in_other_times_is_told_apart_and_not_kept_for_ever()
     assert np.ptp(others[-1] - given) > 1e-4
     assert len(alone._loads) < 40
     assert answer(1.0) == pytest.approx(given, abs=0.0)
+
+
+def test_what_a_path_remembers_of_the_load_stays_in_its_process():
+    """A thread packs tasks for other processes while this one goes on remembering."""
+    servo, pressure = drive()
+    alone = PathSimulator(Channel.POSITION, SAMPLE_S, servo, pressure, 1e6, 0.0, first_velocity=0.01)
+    fresh = pickle.dumps(alone)
+    path = PAPER.paths[Channel.POSITION]
+    answer = alone.simulate(path)
+    assert pickle.dumps(alone) == fresh
+    assert pickle.loads(fresh).simulate(path) == pytest.approx(answer, abs=0.0)

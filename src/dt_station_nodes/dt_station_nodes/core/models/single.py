@@ -1,6 +1,6 @@
 """One path alone under given voltages and load: what a fit simulates thousands of times."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import lru_cache
 
 import numpy as np
@@ -79,6 +79,10 @@ class PathSimulator:
         if self.other_v is not None:
             voltages[:, 1 - own] = self.other_v
         object.__setattr__(self, "_voltages", voltages)
+
+    def __reduce__(self) -> tuple[type["PathSimulator"], tuple[object, ...]]:
+        # A task is packed by a thread beside the search, which goes on remembering: what it remembers stays here.
+        return PathSimulator, tuple(getattr(self, f.name) for f in fields(self) if f.init)
 
     def _moving(self, linear: LinearPath, states: Array) -> Array:
         """Least change of the states (n,) that gives the output its first velocity and leaves its value."""

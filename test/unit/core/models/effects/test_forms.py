@@ -8,6 +8,7 @@ from control import pade
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.signal import lsim
+from scipy.stats import norm
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec
@@ -317,14 +318,29 @@ def test_memory_ends_where_it_began_and_starts_by_its_share_less(ratio: float) -
     assert np.all(np.diff(answer[50:]) >= -1e-12)
 
 
-def test_a_loop_that_saturates_stays_about_a_curve_between_two_levels() -> None:
-    volts = 1.0 + 8.0 * np.sin(2.0 * np.pi * 0.1 * np.arange(4000) * STEP_S)
-    bent = {"half_width_v": 0.2, "bend_per_v": 0.5, "open_at_v": 1.0}
-    curve = 1.0 + np.tanh(0.5 * (volts[:-1] - 1.0)) / 0.5
-    whole, half = (static(volts, having(STATIC, "hysteresis", **bent, depth=share))[1:] for share in (1.0, 0.5))
-    assert np.abs(whole - curve).max() == pytest.approx(0.2, abs=1e-3)
-    assert np.ptp(whole) < 2.0 / 0.5 < 0.3 * np.ptp(volts)
-    assert half == pytest.approx(0.5 * (volts[:-1] + whole), abs=1e-9)
+def relays(volts: Array, centres_v: Array, half_width_v: float) -> Array:
+    """Mean answer (n,), from -1 to 1, of relays that switch at centre + half width and back at centre - half width."""
+    on = np.where(centres_v < 0.0, 1.0, -1.0)
+    answers = []
+    for now in volts:
+        on = np.where(now >= centres_v + half_width_v, 1.0, np.where(now <= centres_v - half_width_v, -1.0, on))
+        answers.append(float(on.mean()))
+    return np.array(answers)
+
+
+@pytest.mark.parametrize("middle_v", [0.0, 1.0])
+@pytest.mark.parametrize("share", [1.0, 0.4])
+def test_a_loop_that_saturates_is_relays_with_centres_dense_as_a_bell(middle_v: float, share: float) -> None:
+    """Preisach's model: a density of relays over centre and width."""
+    spread_v, half_width_v, steepness = 0.8, 0.3, 1.4
+    centres = middle_v + spread_v * norm.ppf((np.arange(2000) + 0.5) / 2000)
+    time_s = STEP_S * np.arange(3000)
+    volts = middle_v + 2.5 * np.sin(0.6 * time_s) + 0.9 * np.sin(2.1 * time_s)
+    bend = np.sqrt(2.0 / np.pi) / spread_v
+    numbers = {"half_width_v": half_width_v, "bend_per_v": bend, "steepness": steepness, "depth": share}
+    answer = static(volts, having(STATIC, "hysteresis", **numbers, open_at_v=middle_v))[1:]
+    expected = middle_v + steepness / bend * relays(volts, centres, half_width_v)
+    assert answer == pytest.approx((1.0 - share) * volts[:-1] + share * expected[:-1], abs=2e-3)
 
 
 @pytest.mark.parametrize("cushion_s", [0.003, 0.02])

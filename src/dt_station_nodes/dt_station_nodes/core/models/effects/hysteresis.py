@@ -5,13 +5,13 @@ import math
 from ..compiled import Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
+_ERF_SLOPE = 2.0 / math.sqrt(math.pi)
+
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     half_width, spread, bouc_wen, sharpness, depth = p[0], p[1], p[2], p[3], p[4]
-    voltage, bend = value, p[9]
-    if bend > 0.0:
-        value = p[8] + math.tanh(bend * (value - p[8])) / bend
+    voltage, middle, bend, steepness = value, p[8], p[9], p[10]
     if s[9] == 0.0:
         s[9] = 1.0
         for j in range(9):
@@ -23,8 +23,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         move /= 1.0 + p[7] if move > 0.0 else 1.0 - p[7]
         pieces = min(1 + int(abs(move) * 8.0), 400)
         for _ in range(pieces):
-            bend = 1.0 if move * s[11] > 0.0 else -p[5]
-            s[11] += move / pieces * (1.0 - bend * abs(s[11]) ** sharpness if bend != 0.0 else 1.0)
+            turn = 1.0 if move * s[11] > 0.0 else -p[5]
+            s[11] += move / pieces * (1.0 - turn * abs(s[11]) ** sharpness if turn != 0.0 else 1.0)
         s[11] = min(max(s[11], -1.0), 1.0)
     s[10] = value
     s[0] = min(max(s[0], value - half_width), value + half_width)
@@ -37,8 +37,13 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
             total += s[j]
         play = (1.0 - spread) * play + spread * total / 8.0
     loop = (1.0 - bouc_wen) * play + bouc_wen * (value - half_width * s[11])
+    beyond = loop - middle
+    if bend > 0.0:
+        # Relays whose centres lie dense as a bell: Preisach's density, in two factors.
+        beyond = math.erf(beyond * bend / _ERF_SLOPE) / bend
+    loop = middle + steepness * beyond
     if p[6] > 0.0:
-        depth *= math.exp(-0.5 * ((voltage - p[8]) / p[6]) ** 2)
+        depth *= math.exp(-0.5 * ((voltage - middle) / p[6]) ** 2)
     return voltage + depth * (loop - voltage)
 
 
@@ -134,10 +139,20 @@ EFFECT = Effect(
         Parameter(
             "bend_per_v",
             Quantity.PER_SIGNAL,
-            "one over the voltage from the middle at which what the loop holds saturates as a tanh; 0: never",
+            "one over the voltage from the middle at which the loop saturates, its relays dense as a bell; 0: never",
             0.0,
             3.0,
-            (0.5,),
+            (0.15, 0.5),
+            optional=True,
+        ),
+        Parameter(
+            "steepness",
+            Quantity.RATIO,
+            "slope of the loop's branches in their middle, of that of what passes beside them",
+            0.2,
+            4.0,
+            (1.5,),
+            neutral=1.0,
             optional=True,
         ),
     ),
