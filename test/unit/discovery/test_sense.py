@@ -67,6 +67,7 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
             {"frequency_hz": 4.0, "damping": 0.1, "share": 0.1},
             {"frequency_hz": 4.0, "damping": 0.4, "share": 0.2, "riding": 0.4},
         ),
+        ("extra_lag", {"time_constant_s": 0.06, "inertia_s": 0.06}, {"time_constant_s": 0.06, "inertia_s": 0.12}),
         ("asymmetric_gain", {"asymmetry": -0.3}, {"asymmetry": -0.9}),
         ("asymmetric_gain", {"asymmetry": 0.3, "centre_v": 0.1}, {"asymmetry": 0.3, "centre_v": 30.0}),
         ("asymmetric_gain", {"asymmetry": -0.7}, {"asymmetry": -0.7, "centre_v": 0.1}),

@@ -45,6 +45,8 @@ UNUSUAL = {
     ("delay", "output"): 3.0,
     ("extra_lag", "output"): 3.0,
     ("resonance", "output"): 3.0,
+    # A supply or a coil drifts more than a sensor.
+    ("gain_drift", "output"): 3.0,
     # Friction is the commoner of what swallows motion rather than voltage.
     ("dead_zone", "state"): 10.0,
     # A leak or a spring of a pressure valve bends its curve as its limits and its overlap do, which are commoner.

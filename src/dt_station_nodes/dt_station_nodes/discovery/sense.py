@@ -132,6 +132,12 @@ def _slips(path: PathSpec, problem: Problem) -> bool:
     return problem.channel is not Channel.PRESSURE or spool["slip"] > LEAST_SLIP
 
 
+def _trails(path: PathSpec, _problem: Problem) -> bool:
+    """Whether a lag does not ring: one that does is a mode under another name."""
+    lag = path.effect("extra_lag").parameters
+    return lag["inertia_s"] <= lag["time_constant_s"] / (2.0 * MOST_DAMPED) ** 2
+
+
 def _laps(path: PathSpec, problem: Problem) -> bool:
     """Whether a dead zone is an overlap: a band about 0 V, corners included, or about where its valve works."""
     band = path.effect("dead_zone").parameters
@@ -151,6 +157,7 @@ _CHECKS: Mapping[str, Callable[[PathSpec, Problem], bool]] = {
     "backlash": _plays,
     "cubic_stiffness": _hardens,
     "dead_zone": _laps,
+    "extra_lag": _trails,
     "friction": _slips,
     "hysteresis": _passes,
     "leakage": _loses,

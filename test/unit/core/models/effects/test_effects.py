@@ -319,6 +319,15 @@ def test_bias_adds():
     assert np.allclose(answer("bias", {"bias_v": 0.1}), SWEEP[:-1] + 0.1)
 
 
+def test_a_sensor_whose_gain_drifts_reads_the_rest_value_by_it_too():
+    path = PathSpec(numerator=[2.0], denominator=[1.0], rest=5.0)
+    spec = ModelSpec(name="t", paths={Channel.PRESSURE: path})
+    spec = spec.with_effect(Channel.PRESSURE, "gain_drift", {"rate_per_s": 0.02}, Attachment.OUTPUT)
+    read = PlantModel(spec, TS).simulate(SWEEP, SWEEP).pressure_pa[1:]
+    true = 5.0 + 2.0 * SWEEP[:-1]
+    assert read == pytest.approx(true * (1.0 + 0.02 * TIME[:-1]), abs=0.02 * TS * np.abs(true).max())
+
+
 def test_two_lags_side_by_side_are_an_extra_lag_that_a_share_passes_by():
     quick_s, slow_s, share = 0.05, 0.4, 0.3
     zero_s = share * slow_s + (1.0 - share) * quick_s
@@ -366,6 +375,16 @@ def test_extra_lag_is_the_exact_first_order_answer():
     # second-order answer of 1 / ((0.05 s + 1)(0.1 s + 1))
     exact = np.where(t > 0, 1 - 2 * np.exp(-t / 0.1) + np.exp(-t / 0.05), 0.0)
     assert np.abs(out - exact).max() < 2e-3
+
+
+@pytest.mark.parametrize("inertia_s", [1e-6, 0.01, 0.025, 0.05, 0.1])
+def test_a_lag_with_mass_is_an_element_of_second_order(inertia_s):
+    """From an overdamped one, by two equal lags, to a damping ratio of a half."""
+    lag_s = 0.1
+    out = answer("extra_lag", {"time_constant_s": lag_s, "inertia_s": inertia_s}, FAST, np.where(TIME < 0.1, 0.0, 1.0))
+    whole = np.polymul([0.05, 1.0], [lag_s * inertia_s, lag_s, 1.0])
+    exact = np.concatenate([np.zeros(4), signal.step(([1.0], whole), T=TIME[: len(out) - 4])[1]])
+    assert np.abs(out - exact).max() < 3e-3
 
 
 def test_resonance_rings_at_its_frequency_and_settles_at_one():

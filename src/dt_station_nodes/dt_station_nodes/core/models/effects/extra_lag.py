@@ -1,4 +1,4 @@
-"""Extra lag: a further first-order element, such as a slow amplifier, pilot stage or filter."""
+"""Extra lag: a further first-order element, such as a slow amplifier, pilot stage or filter, or one with some mass."""
 
 import math
 
@@ -23,6 +23,26 @@ def _lag(s: Doubles, at: int, time_constant: float, substep: float, value: float
 
 
 @njit(cache=True)
+def _heavy(s: Doubles, lag: float, inertia: float, substep: float, value: float) -> float:
+    """The same of lag (inertia y'' + y') + y = value, state s[0] with its rate s[3]."""
+    half, stiffness = 0.5 / inertia, 1.0 / (lag * inertia)
+    square = half * half - stiffness
+    turn = math.sqrt(abs(square))
+    if square > 0.0:
+        slow, fast = math.exp((turn - half) * substep), math.exp(-(turn + half) * substep)
+        cosine, sine = 0.5 * (slow + fast), 0.5 * (slow - fast) / turn
+    else:
+        decay = math.exp(-half * substep)
+        cosine = decay * math.cos(turn * substep)
+        sine = decay * (math.sin(turn * substep) / turn if turn > 0.0 else substep)
+    gap, rate = s[0] - value, s[3]
+    after = gap * (cosine + half * sine) + rate * sine
+    s[3] = rate * (cosine - half * sine) - gap * stiffness * sine
+    s[0] = value + after
+    return value - lag * (inertia * (s[3] - rate) + after - gap) / substep
+
+
+@njit(cache=True)
 def _slowed(gap: float, turbulence: float) -> float:
     """Factor of the time constant of a volume behind a restrictor whose drop is q + turbulence q^2 at a flow of q."""
     return 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * turbulence * abs(gap)))
@@ -36,13 +56,16 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[2] = value
     gap = value - s[0]
     lag = p[0] * sided(gap, s[0], p[3], -p[4], p[5]) * _slowed(gap, p[6])
-    first = _lag(s, 0, lag, c[SUBSTEP], value)
+    if lag > 1e-9 and p[7] > 1e-9:
+        first = _heavy(s, lag, p[7], c[SUBSTEP], value)
+    else:
+        first = _lag(s, 0, lag, c[SUBSTEP], value)
     return _lag(s, 2, p[1], c[SUBSTEP], p[2] * value + (1.0 - p[2]) * first)
 
 
 EFFECT = Effect(
     name="extra_lag",
-    sentence="A further first-order lag slows the answer.",
+    sentence="A further lag slows the answer.",
     attachment=Attachment.INPUT,
     parameters=(
         Parameter("time_constant_s", Quantity.TIME, "time constant of the lag", 0.0, 2.0, (0.01, 0.05, 0.2)),
@@ -86,11 +109,21 @@ EFFECT = Effect(
             (1.0,),
             optional=True,
         ),
+        Parameter(
+            "inertia_s",
+            Quantity.TIME,
+            "mass over damping of what moves with the lag: a fourth of it for two equal lags, above it overshoots",
+            0.0,
+            2.0,
+            (0.02,),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Measure amplifier current against voltage, and the sensor's filter; compare the step answer's first part.",
-    source="first-order element, exact for a held input; drop of a restrictor: Merritt (1967), 3.3",
-    state_size=3,
+    source="elements of first and second order, exact for a held input; spool, drop of a restrictor: Merritt (1967), "
+    "7.5 and 3.3",
+    state_size=4,
     sub_stepped=True,
     also=on_both(Attachment.OUTPUT),
 )

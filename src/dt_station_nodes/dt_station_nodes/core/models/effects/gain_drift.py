@@ -4,7 +4,8 @@ import math
 
 from numba import njit
 
-from ..compiled import SUBSTEP, TIME, Doubles, effect_step
+from ...channels import Channel
+from ..compiled import OUTPUT_REST, STAGE, SUBSTEP, TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -23,7 +24,10 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     elapsed = -settling * math.expm1(-time / settling) if settling > 0.0 else time
     stepped = p[7] * _past(c, p[8]) + p[9] * _past(c, p[10])
     turn = 2.0 * math.pi * age / p[5] if p[5] > 0.0 else 0.0
-    return value * (1.0 + stepped + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn))
+    more = stepped + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn)
+    # A sensor reads all of what it measures by its gain, the rest value too.
+    all_of_it = value + c[OUTPUT_REST] if c[STAGE] == 2.0 else value
+    return value + more * all_of_it
 
 
 def _jump(which: str, meaning: str) -> tuple[Parameter, Parameter]:
@@ -113,7 +117,9 @@ EFFECT = Effect(
         *_jump("second_", "another step"),
     ),
     step=_step,
-    check="Repeat one step every minute from a cold start; log oil temperature and supply pressure.",
+    check="Repeat one step every minute from a cold start; log oil temperature and supply pressure; "
+    "hold the sensor against another.",
     source="oil viscosity and temperature: Merritt (1967), 1.2; a coil or a pump warms with what it is made to do",
     state_size=1,
+    also={Channel.PRESSURE: (Attachment.OUTPUT,)},
 )
