@@ -35,6 +35,8 @@ _ONE_FORM = (
 _NOT_PLAIN = ("friction", Channel.PRESSURE)
 # What limits a pressure from behind and gives a little is a relief valve.
 _NOT_BEHIND = (("saturation", "rounding_v"), ("saturation", "passing"))
+# Where the load stands, what it makes of a motion either way is friction.
+_BY_LOAD = ("leakage", "against")
 _MOST_PAIRS = 150
 _STOPS = ("limit", "lower_limit", "standing")
 _STORES = ("curvature", "reference", "inlet_curvature")
@@ -91,13 +93,17 @@ class Candidate:
         return not parameter.optional or (parameter.apart if self.apart else plain)
 
 
-def library(channel: Channel, apart: bool = True) -> tuple[Candidate, ...]:
-    """Every effect that can act on a channel, at every place it may have; with their forms apart if so wanted."""
+def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple[Candidate, ...]:
+    """Every effect that can act on a channel, at every place it may have; with their forms apart if so wanted.
+
+    `loaded`: a load that moves is measured.
+    """
     found = []
     for name, effect in registry().items():
         if channel in effect.channels and (name, channel) != _NO_PLAY:
             places = () if (name, channel) == _NOT_PLAIN else (None, *effect.places(channel)[1:])
-            also = tuple(p.name for p in effect.parameters if apart and channel in p.first_on)
+            first = (p for p in effect.parameters if apart and channel in p.first_on)
+            also = tuple(p.name for p in first if loaded or (name, p.name) != _BY_LOAD)
             found += [Candidate(name, at, also=also) for at in places]
             formed = apart and (name, channel) not in _ONE_FORM and any(_by_itself(p) for p in effect.parameters)
             found += [Candidate(name, effect.apart_at, apart=True)] * formed
@@ -133,6 +139,8 @@ def grid(
         return [0.0, *kinks_v(problem, path, residual)] if bent else flattest_v(problem, path, residual, 2)
     if candidate.apart and name == "working":
         return [1.0]
+    if (candidate.name, name) == _BY_LOAD:
+        return [0.0, 1.0]
     if candidate.name == "overflow" and name in _STOPS:
         return stop_starts(problem, path, parameter, unit)
     if candidate.name == "square_root_outflow" and name in _STORES and not problem.windows.anchored:

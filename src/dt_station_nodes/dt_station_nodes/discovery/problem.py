@@ -62,6 +62,11 @@ class Problem:
         return bool(len(load)) and float(np.std(load)) < _STANDING * abs(float(np.mean(load)))
 
     @property
+    def loaded(self) -> bool:
+        """Whether a load that moves was measured."""
+        return len(self.simulator.load_pa) > 0 and not self.standing_load
+
+    @property
     def length_s(self) -> float:
         """How long the run lasts."""
         return len(self.measured) * self.simulator.sample_time_s
@@ -241,6 +246,5 @@ def effect_term(problem: Problem, index: int, parameter: Parameter, at: Attachme
         upper = max(upper, parameter.upper * SAMPLE_S / problem.simulator.sample_time_s)
     if logarithmic and lower <= 0.0:
         lower = 1e-4 * upper
-    grain = parameter.grain_on(problem.channel)
-    grain = min(grain, _ROUGH_GRAIN) if problem.rough else grain
+    grain = min(parameter.grain_on(problem.channel), _ROUGH_GRAIN if problem.rough else np.inf)
     return Term(index, parameter.name, lower, upper, unit, logarithmic, grain=grain)

@@ -97,7 +97,7 @@ def refinements(
         own = [name for name in own if (candidate.name, name) not in _FINE]
     if problem.windows.anchored:
         own = [name for name in own if (candidate.name, name) not in _NO_PISTONS]
-    if problem.channel is Channel.POSITION and (problem.standing_load or not len(problem.simulator.load_pa)):
+    if problem.channel is Channel.POSITION and not problem.loaded:
         # What grows with a load that does not move is one with its size.
         own = [name for name in own if candidate.effect.parameter(name).quantity is not Quantity.PER_LOAD]
     together = tuple(pair for pair in _TOGETHER if timed and all(name in own for name in pair))

@@ -152,7 +152,7 @@ def scan(
     `reached` is the cost of the best known before.
     """
     # Rough data have shallow minima: all that is fitted there is fitted refined, which a form apart would only disturb.
-    pool = library(bench.problem.channel, apart=not bench.rough)
+    pool = library(bench.problem.channel, not bench.rough, bench.problem.loaded)
     tasks = [Task(base, c, rival=SETTLED * reached) for base in bases for c in pool if c.name not in base.added]
     chosen, _ = best_of(each(bench, _glance, tasks, told=False), most)
     # A single effect may need all its way to be told from another; of larger sets far more are tried than can be one.

@@ -64,7 +64,7 @@ UNUSUAL_FORMS = {
     ("overflow", "rounding"): 3.0,
     ("cross_coupling", "at_once"): 8.0,
     # A limit of its own is commoner than one of the loop alone.
-    ("hysteresis", "bend_per_v"): 3.0,
+    ("hysteresis", "bend_per_v"): 8.0,
 }
 NOTHING = 1e-6  # of a parameter's scale: it is at what changes nothing
 

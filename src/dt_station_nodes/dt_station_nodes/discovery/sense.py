@@ -91,9 +91,11 @@ def _hardens(path: PathSpec, problem: Problem) -> bool:
 
 
 def _loses(path: PathSpec, problem: Problem) -> bool:
-    """Whether a leak lets the pressure fall, or a piston creep the way its load pushes it: what resists is none."""
+    """Whether a leak lets the pressure fall, slows a piston or lets it creep the way its load pushes it."""
     leak = path.effect("leakage").parameters
     if problem.channel is Channel.PRESSURE:
+        return leak["coefficient"] > 0.0
+    if leak["against"] > 0.5:
         return leak["coefficient"] > 0.0
     if path.disturbance is None or leak["sag_per_s"] != 0.0:
         return True

@@ -319,6 +319,24 @@ def test_bias_adds():
     assert np.allclose(answer("bias", {"bias_v": 0.1}), SWEEP[:-1] + 0.1)
 
 
+@pytest.mark.parametrize("turning", [0.0, 0.01])
+def test_a_leak_under_a_load_that_comes_of_the_motion_slows_it_either_way(turning):
+    load = np.full(TIME.size, 3e6)
+    leak = {"coefficient": 1e-8, "against": 1.0, "turning": turning}
+    free = answer(None, {}, INTEGRATOR, load=load)
+    slowed = answer("leakage", leak, INTEGRATOR, load=load)
+    speed, lost = np.diff(free) / TS, np.diff(free - slowed) / TS
+    quick = np.abs(speed) > 0.5 * np.abs(speed).max()
+    assert lost[quick] == pytest.approx(0.03 * np.sign(speed[quick]), rel=1e-3)
+    assert np.abs(np.diff(slowed)).max() < np.abs(np.diff(free)).max()
+
+
+def test_a_leak_stops_a_piston_that_hardly_moves_and_does_not_turn_it():
+    load, crawl = np.full(TIME.size, 3e6), np.where(TIME < 5.0, 0.01, -0.01)
+    slowed = answer("leakage", {"coefficient": 1e-7, "against": 1.0}, INTEGRATOR, voltage=crawl, load=load)
+    assert slowed == pytest.approx(np.zeros(len(slowed)), abs=1e-3)
+
+
 def test_a_sensor_whose_gain_drifts_reads_the_rest_value_by_it_too():
     path = PathSpec(numerator=[2.0], denominator=[1.0], rest=5.0)
     spec = ModelSpec(name="t", paths={Channel.PRESSURE: path})

@@ -6,9 +6,11 @@ from numba import njit
 
 from ...channels import Channel
 from ..compiled import (
+    FREE_VELOCITY,
     INJECTION,
     INJECTION_GAIN,
     LOAD,
+    LOAD_VELOCITY,
     OUTLET_RATE,
     OUTPUT_GAIN,
     OWN_LOAD,
@@ -32,6 +34,14 @@ def _through(p: Doubles, warmed: float, pressure: float, rest: float) -> float:
     return warmed * ((1.0 - p[1]) * pressure + p[1] * turbulent) * widened * widened * widened
 
 
+@njit(cache=True)
+def _way(velocity: float, flow: float, turning: float) -> float:
+    """Which way a piston moves, -1 to 1; without a `turning` velocity a leak (m/s) stops it, but does not turn it."""
+    if turning > 0.0:
+        return math.tanh(velocity / turning)
+    return velocity / max(abs(velocity), abs(flow)) if velocity != 0.0 else 0.0
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     base, sag, lag, bend = p[2], p[3], p[4], p[5]
@@ -44,6 +54,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[OWN_LOAD] > 0.0:
         # What is lost within the sub-step counts half.
         flow = _through(p, warmed, pressure - 0.5 * per_flow * flow, c[REST]) - made_up
+    if store and p[9] != 0.0:
+        flow *= 1.0 - p[9] + p[9] * _way(c[FREE_VELOCITY] - c[LOAD_VELOCITY], flow, p[10])
     if store and sag != 0.0:
         y = halfway(c) - 0.5 * per_flow * flow
         y /= 1.0 + 0.5 * per_flow * sag / math.sqrt(1.0 + bend * abs(y))
@@ -155,6 +167,27 @@ EFFECT = Effect(
             0.2,
             (0.0,),
             optional=True,
+        ),
+        Parameter(
+            "against",
+            Quantity.RATIO,
+            "1: the load pressure comes of the motion and the leak slows it either way, 0: the load pushes one way",
+            0.0,
+            1.0,
+            (),
+            optional=True,
+            first_on=(Channel.POSITION,),
+            usual=(1.0,),
+        ),
+        Parameter(
+            "turning",
+            Quantity.VELOCITY,
+            "velocity over which such a load turns with the motion",
+            0.0,
+            1.0,
+            (0.05,),
+            optional=True,
+            channels=(Channel.POSITION,),
         ),
     ),
     step=_step,
