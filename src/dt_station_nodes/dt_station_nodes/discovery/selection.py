@@ -52,6 +52,7 @@ UNUSUAL = {
     # A leak or a spring of a pressure valve bends its curve as its limits and its overlap do, which are commoner.
     ("leakage", "pressure"): 5.0,
     ("cubic_stiffness", "pressure"): 12.0,
+    ("cubic_stiffness", "output"): 12.0,
     # A search over hundreds of frequencies finds one in any noise.
     ("periodic_disturbance", "position"): 13.0,
     ("periodic_disturbance", "pressure"): 13.0,

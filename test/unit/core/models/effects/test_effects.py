@@ -337,6 +337,17 @@ def test_a_leak_stops_a_piston_that_hardly_moves_and_does_not_turn_it():
     assert slowed == pytest.approx(np.zeros(len(slowed)), abs=1e-3)
 
 
+@pytest.mark.parametrize("trimmed", [0.0, 1.0])
+def test_a_gauge_that_stiffens_bends_what_it_shows_of_all_of_the_pressure(trimmed):
+    path = PathSpec(numerator=[2.0], denominator=[1.0])
+    spec = ModelSpec(name="t", paths={Channel.PRESSURE: path})
+    spring = {"coefficient": 0.01, "centre": 0.5, "trimmed": trimmed}
+    spec = spec.with_effect(Channel.PRESSURE, "cubic_stiffness", spring, Attachment.OUTPUT)
+    shown = PlantModel(spec, TS).simulate(SWEEP, SWEEP).pressure_pa[1:]
+    true = 2.0 * SWEEP[:-1]
+    assert shown == pytest.approx(true - 2.0 * 0.01 * ((true - 0.5) ** 3 + trimmed * 0.5**3))
+
+
 def test_a_sensor_whose_gain_drifts_reads_the_rest_value_by_it_too():
     path = PathSpec(numerator=[2.0], denominator=[1.0], rest=5.0)
     spec = ModelSpec(name="t", paths={Channel.PRESSURE: path})

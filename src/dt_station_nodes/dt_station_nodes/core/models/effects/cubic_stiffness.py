@@ -4,7 +4,8 @@ import math
 
 from numba import njit
 
-from ..compiled import LOAD_OUTPUT, OUTPUT_GAIN, Doubles, effect_step, halfway
+from ...channels import Channel
+from ..compiled import LOAD_OUTPUT, OUTPUT_GAIN, STAGE, STATIC_GAIN, Doubles, effect_step, halfway
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -20,6 +21,9 @@ def _force(p: Doubles, pressed: float) -> float:
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    if c[STAGE] == 2.0:
+        # What a gauge or a bellows shows, whose spring the whole pressure bends.
+        return value - c[STATIC_GAIN] * (_force(p, _pressed(p, value - p[1])) - p[5] * _force(p, _pressed(p, -p[1])))
     y = halfway(c) - (1.0 - p[4]) * c[LOAD_OUTPUT] - p[1]
     pressed, half = _pressed(p, y), 0.5 * c[OUTPUT_GAIN]
     # What the spring itself does within the sub-step counts half: a step of Newton's from where it did nothing.
@@ -89,4 +93,5 @@ EFFECT = Effect(
     "look for bellows and end cushions.",
     source="Duffing spring; Nayfeh & Mook, Nonlinear Oscillations (1979), 4.1",
     sub_stepped=True,
+    also={Channel.PRESSURE: (Attachment.OUTPUT,)},
 )
