@@ -11,6 +11,7 @@ from ..core.models import PathSpec
 from .choice import Measure, alternatives, best_set, certain, take_measure
 from .distinct import distinct
 from .growth import MISSES, MOST, Growth
+from .namesakes import namesakes
 from .neighbours import lessened
 from .noise import whiteness
 from .parsimony import simplified
@@ -219,6 +220,9 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         without = _decide(bench, given, null, fewer, interrupted)
         if without.verdict is Verdict.NAMED:
             return without
+    if verdict is Verdict.NAMED:
+        more = namesakes(best.fit.path, best.added, bench.problem.channel)
+        instead = tuple((*own, *(n for n in same if n not in own)) for own, same in zip(instead, more, strict=True))
     if verdict is Verdict.PARAMETERS_ONLY:
         near = [e for behind, e in scored if behind < SAME and e.inside and len(e.added) == 1 and certain(e, measure)]
         instead = (tuple(dict.fromkeys(e.added[0] for e in near)),)

@@ -1,0 +1,28 @@
+"""Names that no run tells apart."""
+
+from pathlib import Path
+
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.discovery.namesakes import namesakes
+
+PAPER = ModelSpec.from_yaml((Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text("utf-8"))
+
+
+def others(channel: Channel, loop: dict[str, float], *beside: str) -> tuple[tuple[str, ...], ...]:
+    path = PAPER.with_effect(channel, "hysteresis", {"half_width_v": 0.1, **loop}).paths[channel]
+    return namesakes(path, (*beside, "hysteresis"), channel)
+
+
+def test_a_sharp_loop_of_a_pressure_valve_may_be_its_spools_friction() -> None:
+    assert others(Channel.PRESSURE, {}) == (("friction",),)
+    assert others(Channel.PRESSURE, {"depth": 1.03}, "bias") == ((), ("friction",))
+    assert others(Channel.PRESSURE, {}, "friction") == ((), ())
+    assert others(Channel.POSITION, {}) == ((),)
+
+
+@pytest.mark.parametrize("form", [{"spread": 1.0}, {"bouc_wen": 1.0}, {"depth": 0.5}, {"bend_per_v": 0.4}])
+def test_a_smooth_loop_or_a_part_of_one_is_magnetisation(form: dict[str, float]) -> None:
+    assert others(Channel.PRESSURE, form) == ((),)
