@@ -53,6 +53,12 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
         ("dead_zone", {"half_width_v": 0.3, "leak": 0.8}, {"half_width_v": 30.0, "leak": 0.8}),
         ("hysteresis", {"half_width_v": 0.3}, {"half_width_v": 40.0}),
         ("hysteresis", {"half_width_v": 40.0, "depth": 0.3}, {"half_width_v": 40.0, "depth": 0.9}),
+        ("hysteresis", {"half_width_v": 0.1, "depth": 1.1}, {"half_width_v": 0.1, "depth": 1.3}),
+        (
+            "hysteresis",
+            {"half_width_v": 0.1, "bouc_wen": 1.0, "uneven": -0.3},
+            {"half_width_v": 0.1, "bouc_wen": 1.0, "uneven": -0.8},
+        ),
         ("backlash", {"half_width": 0.002, "lag_s": 0.02}, {"half_width": 0.0, "lag_s": 0.26}),
         ("saturation", {"upper_v": 1.0, "lower_v": -1.0}, {"upper_v": -1.0, "lower_v": 1.0}),
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 4.0, "damping": 0.45}),

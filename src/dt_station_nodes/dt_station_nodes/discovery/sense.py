@@ -18,6 +18,8 @@ FEWEST_TURNS = 1.5  # in a run, of what swells or by which two tones come apart:
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
 WIDEST_LOOP = 0.95  # of the voltage,
 MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
+MOST_DEPTH = 1.15
+MOST_UNEVEN = 0.79
 LARGEST_MODE = 2.9  # beside a path, over that: the voltage of a closed loop shows what its output does
 QUICKEST_MODE = 0.39  # of the sampling frequency
 REACHED = 0.02  # of the run: less beyond a kink does not show it
@@ -43,8 +45,13 @@ def _regular(path: PathSpec, problem: Problem) -> bool:
 
 
 def _passes(path: PathSpec, problem: Problem) -> bool:
-    """Whether the voltage gets through a loop, or past it: one as wide as all of it lets nothing pass."""
+    """Whether the voltage gets through a loop, or past it: one as wide as all of it lets nothing pass.
+
+    What goes back where the voltage goes on, or takes nine times as long to turn one way as the other, is no loop.
+    """
     loop = path.effect("hysteresis").parameters
+    if loop["depth"] > MOST_DEPTH or abs(loop["uneven"]) >= MOST_UNEVEN:
+        return False
     return loop["depth"] < MOST_CAUGHT or loop["half_width_v"] < WIDEST_LOOP * problem.scales[Quantity.INPUT]
 
 
