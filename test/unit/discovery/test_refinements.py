@@ -92,3 +92,14 @@ def test_a_fine_difference_is_not_sought_in_rough_data() -> None:
     plain = add_effect(path, candidate, {"upper_v": 3.0, "lower_v": -3.0})
     clean, rough = (refinements(problem, plain, candidate, problem.residual(plain), timed=t) for t in (True, False))
     assert set(clean.names) - set(rough.names) == {"straight"}
+
+
+def test_a_loop_of_relays_is_sought_alone_as_one_form() -> None:
+    path, candidate = PAPER.paths[Channel.POSITION], Candidate("hysteresis")
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.POSITION, DiscoverySettings())
+    plain = add_effect(path, candidate, {"half_width_v": 0.2})
+    residual = problem.residual(plain)
+    alone, beside = (refinements(problem, plain, candidate, residual, alone=a) for a in (True, False))
+    assert ("spread", "depth", "bend_per_v", "steepness") in alone.steps
+    assert set(alone.names) - set(beside.names) == {"bend_per_v", "steepness"}
+    assert not any("bend_per_v" in names for names in beside.steps)

@@ -23,6 +23,8 @@ _MOST_COMBINATIONS = 64
 _NO_PISTONS = tuple(("overflow", name) for name in ("inlet_limit", "spill", "opening_s", "reseat"))
 # Forms so near to a plainer one that rough data tell the two apart by accident.
 _FINE = (("saturation", "straight"), ("friction", "damping_s"))
+# A loop of relays beside dry friction takes the stick and slip on itself, and any size.
+_FREE = (("hysteresis", "bend_per_v"), ("hysteresis", "steepness"))
 # A contact that grips more at rest: neither number acts alone, and its jumps are so sharp that no fit gets far.
 GRIP = ("static_excess_v", "stribeck_velocity")
 # What bends a curve softly and what goes on beyond the bend, or differs between its sides, come together.
@@ -85,16 +87,19 @@ def refinements(
     residual: Array,
     timed: bool = True,
     nominal: Sequence[Term] = (),
+    alone: bool = True,
 ) -> Refinements:
     """What may refine a candidate's plain form fitted on `path`, where the base left `residual` (n,).
 
     Not `timed`, nothing is sought that comes and goes, nor a fine difference, nor two refinements at a time: in rough
-    data anything seems to.
+    data anything seems to. Not `alone`, nor are forms so free that they mend what stands beside them.
     """
     timing = seen_timing(problem, path, candidate.name, nominal) if timed else {}
     own = list(candidate.refining(problem.channel))
     if not timed:
         own = [name for name in own if (candidate.name, name) not in _FINE]
+    if not alone:
+        own = [name for name in own if (candidate.name, name) not in _FREE]
     if problem.windows.anchored:
         own = [name for name in own if (candidate.name, name) not in _NO_PISTONS]
     if problem.channel is Channel.POSITION and not problem.loaded:

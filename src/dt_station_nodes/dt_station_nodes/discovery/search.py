@@ -85,7 +85,7 @@ def _refined(bench: Bench, task: Task) -> Task:
         return task
     path = task.seen.fit.path
     left, timed = task.base.fit.residual, not bench.rough
-    forms = refinements(bench.problem, path, task.candidate, left, timed, bench.nominal)
+    forms = refinements(bench.problem, path, task.candidate, left, timed, bench.nominal, not task.base.added)
     if not forms.names:
         return task
     ones, alone = _stepped(bench, task, path, forms)
