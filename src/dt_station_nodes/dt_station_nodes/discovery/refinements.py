@@ -23,7 +23,7 @@ _MOST_COMBINATIONS = 64
 _NO_PISTONS = tuple(("overflow", name) for name in ("inlet_limit", "spill", "opening_s", "reseat"))
 # Forms so near to a plainer one that rough data tell the two apart by accident.
 _FINE = (("saturation", "straight"), ("friction", "damping_s"))
-# A loop of relays beside dry friction takes the stick and slip on itself, and any size.
+# So free that beside dry friction a loop takes its stick and slip on itself.
 _FREE = (("hysteresis", "bend_per_v"), ("hysteresis", "steepness"))
 # A contact that grips more at rest: neither number acts alone, and its jumps are so sharp that no fit gets far.
 GRIP = ("static_excess_v", "stribeck_velocity")

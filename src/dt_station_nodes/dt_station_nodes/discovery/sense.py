@@ -18,8 +18,8 @@ FEWEST_TURNS = 1.5  # in a run, of what swells or by which two tones come apart:
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
 WIDEST_LOOP = 0.95  # of the voltage,
 MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
-MOST_DEPTH = 1.15
-MOST_UNEVEN = 0.79
+MOST_DEPTH = 1.15  # share of the voltage through a loop: more turns back against it
+MOST_UNEVEN = 0.79  # of a loop's two ways: the end of its range
 LARGEST_MODE = 2.9  # beside a path, over that: the voltage of a closed loop shows what its output does
 QUICKEST_MODE = 0.39  # of the sampling frequency
 REACHED = 0.02  # of the run: less beyond a kink does not show it
@@ -100,9 +100,7 @@ def _hardens(path: PathSpec, problem: Problem) -> bool:
 def _loses(path: PathSpec, problem: Problem) -> bool:
     """Whether a leak lets the pressure fall, slows a piston or lets it creep the way its load pushes it."""
     leak = path.effect("leakage").parameters
-    if problem.channel is Channel.PRESSURE:
-        return leak["coefficient"] > 0.0
-    if leak["against"] > 0.5:
+    if problem.channel is Channel.PRESSURE or leak["against"] > 0.5:
         return leak["coefficient"] > 0.0
     if path.disturbance is None or leak["sag_per_s"] != 0.0:
         return True
