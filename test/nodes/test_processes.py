@@ -33,30 +33,38 @@ def words(log):
     return log.read_text() if log.exists() else ""
 
 
-def test_every_node_ends_with_status_0_on_either_signal(nursery, tmp_path):
+def started(nursery, folder):
     children = {}
     for number, name in enumerate(ALONE):
         arguments = [name, "--ros-args", "-r", f"__node:={name}_{number}"]
         if name == "daq_bridge":
             arguments += ["-p", "backend:=fake"]
-        children[name] = nursery.start(arguments, tmp_path / name)
-    # a node is up once its signal handlers are: Linux shows caught signals as a bit mask
+        children[name] = nursery.start(arguments, folder / name)
+    return children
+
+
+def statuses_after(children, first):
+    for number, child in enumerate(children.values()):
+        child.send_signal((signal.SIGINT, signal.SIGTERM)[(number + first) % 2])
+    return {name: child.wait(20.0) for name, child in children.items()}
+
+
+def test_every_node_ends_with_status_0_on_either_signal(nursery, tmp_path):
+    children = started(nursery, tmp_path)
+    # a node is up once DDS has its threads
     for child in children.values():
         end = time.monotonic() + 30.0
-        while not _catches(child.pid, signal.SIGTERM):
+        while len(list(Path(f"/proc/{child.pid}/task").iterdir())) < 4:
             assert time.monotonic() < end
             time.sleep(0.01)
-    for number, child in enumerate(children.values()):
-        child.send_signal((signal.SIGINT, signal.SIGTERM)[number % 2])
-    statuses = {name: child.wait(10.0) for name, child in children.items()}
+    statuses = statuses_after(children, 0)
     assert statuses == dict.fromkeys(ALONE, 0), {name: words(tmp_path / name) for name in ALONE}
 
 
-def _catches(pid, number):
-    for line in Path(f"/proc/{pid}/status").read_text().splitlines():
-        if line.startswith("SigCgt"):
-            return bool(int(line.split()[1], 16) >> (number - 1) & 1)
-    return False
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_node_told_to_stop_while_it_starts_does_so_with_status_0(nursery, tmp_path, first):
+    statuses = statuses_after(started(nursery, tmp_path), first)
+    assert statuses == dict.fromkeys(ALONE, 0), {name: words(tmp_path / name) for name in ALONE}
 
 
 def test_a_wrong_parameter_is_one_sentence_and_status_2(nursery, tmp_path):

@@ -18,6 +18,7 @@ from typing import Any
 
 from . import lifeline, registry
 
+_STOPPING = (signal.SIGINT, signal.SIGTERM)
 _PR_SET_NAME = 15
 _GRACE_S = 3.0
 
@@ -48,8 +49,9 @@ def _become(request: dict[str, Any]) -> int:
     os.setsid()
     signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    for each in _STOPPING:
+        signal.signal(each, signal.default_int_handler)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOPPING)
     sink = os.open(request["log"], os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
     null = os.open(os.devnull, os.O_RDONLY)
     for source, target in ((null, 0), (sink, 1), (sink, 2)):
@@ -66,8 +68,11 @@ def _become(request: dict[str, Any]) -> int:
 
 def _fork(request: dict[str, Any]) -> int:
     os.environ[lifeline.VARIABLE] = str(os.getpid())
+    # a child told to stop before it can listen would not have heard
+    signal.pthread_sigmask(signal.SIG_BLOCK, _STOPPING)
     child = os.fork()
     if child:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOPPING)
         return child
     status = 1
     try:
