@@ -35,3 +35,10 @@ def test_a_rival_that_is_worse_changes_nothing() -> None:
     whole, beside = descend(), descend(rival=1e3)
     assert np.array_equal(whole.x, beside.x)
     assert whole.evaluations == beside.evaluations
+
+
+def test_without_iterations_a_point_stays_and_knows_its_slopes() -> None:
+    stays = descend(iterations=0)
+    assert stays.x == pytest.approx([-1.9, 2.0])
+    assert stays.jacobian == pytest.approx(np.array([[38.0, 10.0], [-1.0, 0.0], [0.0, 0.0]]), abs=1e-3)
+    assert not stays.idle.any()

@@ -1,4 +1,4 @@
-"""Where effects that belong to a place of the output begin."""
+"""Where effects that belong to a place begin."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSpec
 from dt_station_nodes.core.models.effects import registry
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery.place_starts import stop_starts, store_starts
+from dt_station_nodes.discovery.place_starts import limit_starts, stop_starts, store_starts
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
 
@@ -28,6 +28,29 @@ def test_a_store_begins_about_the_runs_levels_wherever_the_linear_path_rests(res
     for curvature in store_starts(problem, path, effect.parameter("curvature")):
         under_the_root = 1.0 + 2.0 * curvature * (level - rest - reference)
         assert 0.0 < under_the_root.min() < 0.9
+
+
+@pytest.mark.parametrize(
+    ("working_v", "lower", "upper"), [(2.0, True, False), (-2.0, False, True), (0.0, False, False)]
+)
+def test_a_limit_begins_within_the_voltages_of_a_run_on_one_side_of_zero(
+    working_v: float, lower: bool, upper: bool
+) -> None:
+    """About a working voltage either limit may cut off a part of the range, about zero the usual ones do."""
+    seconds = 0.02 * np.arange(900)
+    voltage = working_v + np.sin(2.0 * seconds)
+    run = Run(0.02, {"load_voltage_v": voltage, "pressure_pa": 1e6 * (3.0 + 0.3 * np.sin(2.0 * seconds - 0.2))})
+    lag = ModelSpec(name="lag", paths={Channel.PRESSURE: PathSpec(numerator=[1e6], denominator=[0.1, 1.0], rest=0.0)})
+    problem = make_problem(run, lag, Channel.PRESSURE, DiscoverySettings())
+    saturation = registry()["saturation"]
+    for name, cut_off in (("lower_v", lower), ("upper_v", upper)):
+        limit = saturation.parameter(name)
+        starts = limit_starts(problem, limit, 3.0)
+        within = [start for start in starts if voltage.min() < start < voltage.max()]
+        if cut_off:
+            assert len(within) >= 4
+        else:
+            assert starts == [3.0 * start for start in limit.starts]
 
 
 @pytest.mark.parametrize(("damping", "swings"), [(19.2, True), (30.0, False)])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
-from .place_starts import spring_starts, stop_starts, store_starts
+from .place_starts import limit_starts, spring_starts, stop_starts, store_starts
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
 from .stick_slip import breakaways_v
@@ -141,6 +141,8 @@ def grid(
         return [1.0]
     if (candidate.name, name) == _BY_LOAD:
         return [0.0, 1.0]
+    if candidate.name == "saturation" and parameter.quantity is Quantity.INPUT_PEAK:
+        return limit_starts(problem, parameter, unit)
     if candidate.name == "overflow" and name in _STOPS:
         return stop_starts(problem, path, parameter, unit)
     if candidate.name == "square_root_outflow" and name in _STORES and not problem.windows.anchored:

@@ -84,21 +84,23 @@ def least_squares(
 
     Ends when an iteration lowers the cost by less than `tolerance` of it, or where going on at the better pace of the
     last two would not get below the cost of a `rival`. Parameters at a bound that the gradient pushes outwards are
-    held for the iteration. `slopes` (m, p), where given, is the Jacobian for all of them.
+    held for the iteration. `slopes` (m, p), where given, is the Jacobian for all of them. Without iterations the start
+    stays, with the Jacobian there.
     """
     x = np.clip(start, lower, upper)
     r = _finite(fun(x))
     cost = float(r @ r)
     spent = 1
     damping = 1e-3
-    jacobian = np.zeros((len(r), len(x)))
+    jacobian = np.zeros((len(r), len(x))) if slopes is None else slopes
+    if iterations == 0 and slopes is None:
+        jacobian = finite_differences(fun, x, r, steps, lower, upper)
+        spent += len(x)
     pace = 1.0
     for iteration in range(1, iterations + 1):
         if slopes is None:
             jacobian = finite_differences(fun, x, r, steps, lower, upper)
             spent += len(x)
-        else:
-            jacobian = slopes
         gradient = np.einsum("ij,i->j", jacobian, r)
         free = ~(((x <= lower) & (gradient > 0.0)) | ((x >= upper) & (gradient < 0.0)))
         if not free.any():

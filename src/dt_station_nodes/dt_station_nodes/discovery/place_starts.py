@@ -1,4 +1,4 @@
-"""Where effects that belong to a place of the output begin: stops, springs, stores, about where the run moves."""
+"""Where effects that belong to a place begin: limits, stops, springs, stores, about where the run moves."""
 
 import numpy as np
 
@@ -11,6 +11,23 @@ _HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only j
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
 _FAR = 0.5
 _BELOW = (1.2, 2.0, 4.0)  # times the way from the run's mean down to its lowest level: where a store is empty
+
+_OUT_OF_REACH = 2.0  # times the highest voltage
+_CUT_OFF = (0.05, 0.15, 0.3, 0.5)  # of the voltage's range
+
+
+def limit_starts(problem: Problem, parameter: Parameter, unit: float) -> list[float]:
+    """Where the voltages that still count begin.
+
+    The limit on the side of zero that a run about a working voltage does not go to may cut off a part of its range.
+    """
+    low, high = (float(end) for end in np.quantile(problem.simulator.voltage_v, (0.02, 0.98)))
+    range_v = high - low
+    if parameter.name == "lower_v" and low > 0.0:
+        return [-_OUT_OF_REACH * unit, *(low + share * range_v for share in _CUT_OFF)]
+    if parameter.name == "upper_v" and high < 0.0:
+        return [_OUT_OF_REACH * unit, *(high - share * range_v for share in _CUT_OFF)]
+    return [start * unit for start in parameter.starts]
 
 
 def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
