@@ -5,6 +5,7 @@ import math
 from numba import njit
 
 from ..compiled import SUBSTEP, Doubles, effect_step
+from ..second_order import swing
 from ..sided import sided
 from .effect import PAST_ZERO, Attachment, Effect, Parameter, Quantity, on_both
 
@@ -26,15 +27,7 @@ def _lag(s: Doubles, at: int, time_constant: float, substep: float, value: float
 def _heavy(s: Doubles, lag: float, inertia: float, substep: float, value: float) -> float:
     """The same of lag (inertia y'' + y') + y = value, state s[0] with its rate s[3]."""
     half, stiffness = 0.5 / inertia, 1.0 / (lag * inertia)
-    square = half * half - stiffness
-    turn = math.sqrt(abs(square))
-    if square > 0.0:
-        slow, fast = math.exp((turn - half) * substep), math.exp(-(turn + half) * substep)
-        cosine, sine = 0.5 * (slow + fast), 0.5 * (slow - fast) / turn
-    else:
-        decay = math.exp(-half * substep)
-        cosine = decay * math.cos(turn * substep)
-        sine = decay * (math.sin(turn * substep) / turn if turn > 0.0 else substep)
+    cosine, sine = swing(half, math.sqrt(stiffness), substep)
     gap, rate = s[0] - value, s[3]
     after = gap * (cosine + half * sine) + rate * sine
     s[3] = rate * (cosine - half * sine) - gap * stiffness * sine

@@ -5,6 +5,7 @@ import math
 from numba import njit
 
 from ..compiled import RAW_INPUT, SPEED_GAIN, STATIC_GAIN, SUBSTEP, Doubles, effect_step
+from ..second_order import swing
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 _CONSTANT = 1e11  # a swing at which it has not doubled
@@ -14,17 +15,11 @@ _SOFTEST = 0.05  # stiffness left of a spring that softens, however far it swing
 @njit(cache=True)
 def _matrix(s: Doubles, w: float, damping: float, h: float) -> None:
     """exp(A h) of the mode's state matrix, kept in the state."""
-    decay = math.exp(-damping * w * h)
-    if damping < 1.0:
-        wd = w * math.sqrt(max(1.0 - damping * damping, 1e-12))
-        cosine, sine = math.cos(wd * h), math.sin(wd * h) / wd
-    else:
-        wd = w * math.sqrt(max(damping * damping - 1.0, 1e-12))
-        cosine, sine = math.cosh(wd * h), math.sinh(wd * h) / wd
-    s[3] = decay * (cosine + damping * w * sine)
-    s[4] = decay * sine
-    s[5] = -w * w * decay * sine
-    s[6] = decay * (cosine - damping * w * sine)
+    cosine, sine = swing(damping * w, w, h)
+    s[3] = cosine + damping * w * sine
+    s[4] = sine
+    s[5] = -w * w * sine
+    s[6] = cosine - damping * w * sine
 
 
 @effect_step
