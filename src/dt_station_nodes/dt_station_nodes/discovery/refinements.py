@@ -33,6 +33,7 @@ _TOGETHER = (
     ("rounding_v", "passing"),
     ("centre_v", "leak"),
     ("centre_v", "rounding_v"),
+    ("rounding_v", "of_slope"),
     ("closing", "past_zero"),
     ("spread", "closes_v"),
     ("way_back", "uneven"),

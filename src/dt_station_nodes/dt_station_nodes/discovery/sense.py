@@ -31,7 +31,7 @@ HEARD = 3.0  # times the noise: a stop that is pressed against is not overrun
 OFTEN = 0.5  # of the run beyond a stop: what gives way so much is a leak
 WORKING = 0.5  # a valve that works about a voltage more than about 0 V
 MOST_OVERRIDE = 0.45  # share of what comes on top of a relief valve's limit that it leaves
-LEAST_PLAY = 0.2  # times the way gone in the time in which it closes
+LEAST_PLAY = 0.1  # times the way gone in the time in which it closes
 LEAST_SLIP = 0.2  # of what a spool takes to break away
 MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
 

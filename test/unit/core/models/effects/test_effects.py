@@ -315,6 +315,16 @@ def test_a_kink_leaves_its_centre_or_zero_where_it_is():
     assert np.polyfit(given[above], through[above], 1)[0] == pytest.approx(1.2)
 
 
+@pytest.mark.parametrize(("of_slope", "offset"), [(0.0, 0.0), (1.0, -0.2 * 0.3 * math.log(2.0))])
+def test_a_rounded_kink_goes_back_to_its_lines_or_past_them(of_slope, offset):
+    """A factor that changes softly leaves both lines through the centre, a slope that does moves them."""
+    out = answer("asymmetric_gain", {"asymmetry": 0.2, "rounding_v": 0.3, "of_slope": of_slope})
+    given = SWEEP[:-1]
+    for side, gain in ((given > 1.2, 1.2), (given < -1.2, 0.8)):
+        assert out[side] == pytest.approx(gain * given[side] + offset, abs=1e-3)
+    assert abs(out[np.argmin(np.abs(given))]) < 1e-2
+
+
 def test_bias_adds():
     assert np.allclose(answer("bias", {"bias_v": 0.1}), SWEEP[:-1] + 0.1)
 

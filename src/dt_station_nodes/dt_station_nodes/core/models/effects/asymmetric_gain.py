@@ -24,9 +24,14 @@ from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
 @njit(cache=True)
-def _bent(x: float, asymmetry: float, rounding: float) -> float:
+def _bent(x: float, asymmetry: float, rounding: float, of_slope: float) -> float:
     if rounding > 1e-9:
-        return x * (1.0 + asymmetry * math.tanh(x / rounding))
+        size = x * math.tanh(x / rounding)
+        if of_slope > 0.0:
+            # integral of the tanh: a slope that goes from one to the other
+            sloped = abs(x) + rounding * (math.log1p(math.exp(-2.0 * abs(x) / rounding)) - math.log(2.0))
+            size += of_slope * (sloped - size)
+        return x + asymmetry * size
     return x * (1.0 + asymmetry if x > 0.0 else 1.0 - asymmetry)
 
 
@@ -41,14 +46,14 @@ def _mean_size(one: float, other: float) -> float:
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[STAGE] > 0.5 and c[STATIC_GAIN] != 0.0:
         held = halfway(c) / c[STATIC_GAIN]
-        return held + _bent(value - held, p[0], p[2])
+        return held + _bent(value - held, p[0], p[2], p[5])
     if c[STAGE] > 0.5:
         if p[4] > 0.5 and c[SPEED_GAIN] != 0.0:
             c[INJECTION] += p[0] * _mean_size(c[VELOCITY], c[FREE_VELOCITY] - c[LOAD_VELOCITY])
             return value
         return value * (1.0 + p[0] if c[FREE_VELOCITY] > c[LOAD_VELOCITY] else 1.0 - p[0])
-    bent = p[1] + _bent(value - p[1], p[0], p[2])
-    return bent if p[3] == 0.0 else bent - p[3] * (p[1] + _bent(-p[1], p[0], p[2]))
+    bent = p[1] + _bent(value - p[1], p[0], p[2], p[5])
+    return bent if p[3] == 0.0 else bent - p[3] * (p[1] + _bent(-p[1], p[0], p[2], p[5]))
 
 
 EFFECT = Effect(
@@ -104,6 +109,16 @@ EFFECT = Effect(
             optional=True,
             usual=(1.0,),
             at=Attachment.STATE,
+        ),
+        Parameter(
+            "of_slope",
+            Quantity.RATIO,
+            "rounded, 1: the curve's slope goes from one to the other, 0: the factor of the voltage does",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            usual=(1.0,),
         ),
     ),
     step=_step,
