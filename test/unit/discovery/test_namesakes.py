@@ -16,9 +16,9 @@ def others(channel: Channel, loop: dict[str, float], *beside: str) -> tuple[tupl
     return namesakes(path, (*beside, "hysteresis"), channel)
 
 
-def test_a_sharp_loop_of_a_pressure_valve_may_be_its_spools_friction() -> None:
-    assert others(Channel.PRESSURE, {}) == (("friction",),)
-    assert others(Channel.PRESSURE, {"depth": 1.03}, "bias") == ((), ("friction",))
+def test_a_sharp_loop_of_a_pressure_valve_may_be_its_spools_friction_or_its_linkages_play() -> None:
+    assert others(Channel.PRESSURE, {}) == (("friction", "backlash"),)
+    assert others(Channel.PRESSURE, {"depth": 1.03}, "bias") == ((), ("friction", "backlash"))
     assert others(Channel.PRESSURE, {}, "friction") == ((), ())
     assert others(Channel.POSITION, {}) == ((),)
 

@@ -37,6 +37,8 @@ _NOT_PLAIN = ("friction", Channel.PRESSURE)
 _NOT_BEHIND = (("saturation", "rounding_v"), ("saturation", "passing"))
 # Where the load stands, what it makes of a motion either way is friction.
 _BY_LOAD = ("leakage", "against")
+# A valve that works about a voltage bends from there, softly: sharp limits come nowhere near.
+_ABOUT = ("saturation", Channel.PRESSURE, ("straight", "centre_v"))
 _MOST_PAIRS = 150
 _STOPS = ("limit", "lower_limit", "standing")
 _STORES = ("curvature", "reference", "inlet_curvature")
@@ -107,6 +109,7 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
             found += [Candidate(name, at, also=also) for at in places]
             formed = apart and (name, channel) not in _ONE_FORM and any(_by_itself(p) for p in effect.parameters)
             found += [Candidate(name, effect.apart_at, apart=True)] * formed
+            found += [Candidate(name, also=_ABOUT[2])] * (apart and (name, channel) == _ABOUT[:2])
     return tuple(found)
 
 
@@ -141,8 +144,8 @@ def grid(
         return [1.0]
     if (candidate.name, name) == _BY_LOAD:
         return [0.0, 1.0]
-    if candidate.name == "saturation" and parameter.quantity is Quantity.INPUT_PEAK:
-        return limit_starts(problem, parameter, unit)
+    if candidate.name == "saturation" and parameter.quantity is not Quantity.RATIO:
+        return limit_starts(problem, parameter, unit, "centre_v" in candidate.also)
     if candidate.name == "overflow" and name in _STOPS:
         return stop_starts(problem, path, parameter, unit)
     if candidate.name == "square_root_outflow" and name in _STORES and not problem.windows.anchored:

@@ -34,6 +34,8 @@ _TOGETHER = (
     ("centre_v", "leak"),
     ("centre_v", "rounding_v"),
     ("rounding_v", "of_slope"),
+    ("knee", "centre_v"),
+    ("straight", "centre_v"),
     ("closing", "past_zero"),
     ("spread", "closes_v"),
     ("way_back", "uneven"),

@@ -41,9 +41,7 @@ def _less_flow(p: Doubles, value: float, c: Doubles) -> float:
 
 
 @njit(cache=True)
-def _limited(p: Doubles, value: float, unit: float) -> float:
-    """What gets through of a value whose limits are in multiples of `unit`."""
-    upper, lower, rounding = p[0] * unit, p[1] * unit, p[2] * unit
+def _between(p: Doubles, value: float, lower: float, upper: float, rounding: float) -> float:
     limit = upper if value >= 0.0 else lower
     if p[6] < 1.0:
         bend, left = p[6] * limit, (1.0 - p[6]) * limit
@@ -51,13 +49,20 @@ def _limited(p: Doubles, value: float, unit: float) -> float:
             return value if abs(value) <= abs(bend) else bend + left * math.tanh((value - bend) / left)
     elif p[3] > 1e-3 and limit * value >= 0.0 and limit != 0.0:
         return value * (1.0 + (value / limit) ** (1.0 / p[3])) ** -p[3]
-    if rounding > 1e-12 * unit:
+    if rounding > 0.0:
         a = (value - lower) / rounding
         b = (value - upper) / rounding
         above = a if a > 30.0 else math.log1p(math.exp(a))
         beyond = b if b > 30.0 else math.log1p(math.exp(b))
         return lower + rounding * (above - beyond)
     return min(max(value, lower), upper)
+
+
+@njit(cache=True)
+def _limited(p: Doubles, value: float, unit: float) -> float:
+    """What gets through of a value whose limits are in multiples of `unit`."""
+    about = p[7] * unit
+    return about + _between(p, value - about, p[1] * unit - about, p[0] * unit - about, p[2] * unit)
 
 
 @effect_step
@@ -127,11 +132,21 @@ EFFECT = Effect(
             "straight",
             Quantity.RATIO,
             "share of the limit up to which the answer is straight, before it bends like a tanh, 1 for a sharp limit",
-            0.05,
+            0.0,
             0.95,
-            (0.6,),
+            (0.6, 0.0),
             neutral=1.0,
             optional=True,
+        ),
+        Parameter(
+            "centre_v",
+            Quantity.INPUT,
+            "working voltage, from which the answer bends towards either limit",
+            -3.0,
+            3.0,
+            (0.5,),
+            optional=True,
+            channels=(Channel.PRESSURE,),
         ),
     ),
     step=_step,
