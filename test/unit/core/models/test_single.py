@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PlantModel
+from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec, PlantModel
 from dt_station_nodes.core.models.effects import Attachment, registry
 
 PAPER = ModelSpec.from_yaml((Path(__file__).parents[4] / "config" / "models" / "paper.yaml").read_text())
@@ -112,3 +112,14 @@ def test_what_a_path_remembers_of_the_load_stays_in_its_process():
     answer = alone.simulate(path)
     assert pickle.dumps(alone) == fresh
     assert pickle.loads(fresh).simulate(path) == pytest.approx(answer, abs=0.0)
+
+
+def test_a_path_of_one_state_begins_where_it_was_measured_however_fast_it_moved():
+    lag = PathSpec(numerator=[30.0], denominator=[1.0, 25.0], rest=0.0)
+    voltage = np.linspace(1.0, 2.0, 50)
+    still, moving = (
+        PathSimulator(Channel.POSITION, 2e-3, voltage, np.zeros(0), 0.0, 0.4, first_velocity=velocity).simulate(lag)
+        for velocity in (None, 60.0)
+    )
+    assert moving == pytest.approx(still)
+    assert moving[0] == pytest.approx(0.4)

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 _FIRST_STATE = 3
 _NONE = np.zeros(0)
 _REMEMBERED = 32  # answers to the load; a fit turns its time scale back and forth around where it stands
+_SETTLED = 1e-9  # of a velocity: what is left of it beside the value
 
 
 @lru_cache(maxsize=64)
@@ -85,12 +86,16 @@ class PathSimulator:
         return PathSimulator, tuple(getattr(self, f.name) for f in fields(self) if f.init)
 
     def _moving(self, linear: LinearPath, states: Array) -> Array:
-        """Least change of the states (n,) that gives the output its first velocity and leaves its value."""
+        """Least change of the states (n,) that gives the output its first velocity and leaves its value.
+
+        None where its value settles its velocity, as in a path of one state.
+        """
         now = float(linear.velocity @ states) + linear.velocity_direct * float(self.voltage_v[0])
-        wanted = np.array([0.0, (self.first_velocity or 0.0) - now])
-        return np.asarray(
-            np.linalg.lstsq(np.array([linear.c, linear.velocity]), wanted, rcond=None)[0], dtype=np.float64
-        )
+        value, velocity = linear.c, linear.velocity
+        free = velocity - value * (velocity @ value) / (value @ value)
+        if np.linalg.norm(free) <= _SETTLED * np.linalg.norm(velocity):
+            return np.zeros(states.size)
+        return np.asarray(free * (((self.first_velocity or 0.0) - now) / (velocity @ free)), dtype=np.float64)
 
     def _substeps(self, path: PathSpec) -> int:
         """Sub-steps a sample of this path needs."""
