@@ -36,6 +36,7 @@ _TOGETHER = (
     ("rounding_v", "of_slope"),
     ("knee", "centre_v"),
     ("straight", "centre_v"),
+    ("inlet_curvature", "empty"),
     ("closing", "past_zero"),
     ("spread", "closes_v"),
     ("way_back", "uneven"),

@@ -64,3 +64,11 @@ def test_a_store_empties_along_a_parabola():
     head = level - (reference - 1 / (2 * curvature))
     assert np.allclose(np.diff(np.sqrt(head), n=2), 0.0, atol=1e-5)
     assert np.diff(np.sqrt(head))[0] < -0.01
+
+
+@pytest.mark.parametrize("inflow", [0.0, 1.0, 3.0])
+def test_stores_empty_at_rest_settle_at_the_square_of_their_inflow(inflow):
+    curvature = 0.4
+    numbers = {"curvature": curvature, "reference": 0.5 / curvature, "inlet_curvature": curvature, "empty": 1.0}
+    level = simulate(Outlet.SLOWEST, "square_root_outflow", numbers, np.full(2000, inflow))
+    assert level[-1] == pytest.approx(0.5 * curvature * inflow**2, abs=1e-3)
