@@ -22,7 +22,12 @@ _MOST_COMBINATIONS = 64
 # A cylinder has no store before its own, and a piston's stop is no relief valve.
 _NO_PISTONS = tuple(("overflow", name) for name in ("inlet_limit", "spill", "opening_s", "reseat"))
 # Forms so near to a plainer one that rough data tell the two apart by accident.
-_FINE = (("saturation", "straight"), ("friction", "damping_s"))
+_FINE = (
+    ("saturation", "straight"),
+    ("saturation", "centre_v"),
+    ("asymmetric_gain", "of_slope"),
+    ("friction", "damping_s"),
+)
 # So free that beside dry friction a loop takes its stick and slip on itself.
 _FREE = (("hysteresis", "bend_per_v"), ("hysteresis", "steepness"))
 # A contact that grips more at rest: neither number acts alone, and its jumps are so sharp that no fit gets far.
