@@ -91,7 +91,7 @@ def test_a_fine_difference_is_not_sought_in_rough_data() -> None:
     problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.PRESSURE, DiscoverySettings())
     plain = add_effect(path, candidate, {"upper_v": 3.0, "lower_v": -3.0})
     clean, rough = (refinements(problem, plain, candidate, problem.residual(plain), timed=t) for t in (True, False))
-    assert set(clean.names) - set(rough.names) == {"straight"}
+    assert set(clean.names) - set(rough.names) == {"straight", "centre_v"}
 
 
 def test_a_loop_of_relays_is_sought_alone_as_one_form() -> None:
