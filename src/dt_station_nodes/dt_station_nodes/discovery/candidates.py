@@ -146,6 +146,8 @@ def grid(
         return [0.0, 1.0]
     if candidate.name == "saturation" and parameter.quantity is not Quantity.RATIO:
         return limit_starts(problem, parameter, unit, "centre_v" in candidate.also)
+    if name == "straight" and name in candidate.also:
+        return [0.0, *parameter.starts]
     if candidate.name == "overflow" and name in _STOPS:
         return stop_starts(problem, path, parameter, unit)
     if candidate.name == "square_root_outflow" and name in _STORES and not problem.windows.anchored:

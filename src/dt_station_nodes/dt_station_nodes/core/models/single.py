@@ -20,7 +20,6 @@ Array = NDArray[np.float64]
 _FIRST_STATE = 3
 _NONE = np.zeros(0)
 _REMEMBERED = 32  # answers to the load; a fit turns its time scale back and forth around where it stands
-_SETTLED = 1e-9  # of a velocity: what is left of it beside the value
 
 
 @lru_cache(maxsize=64)
@@ -88,14 +87,15 @@ class PathSimulator:
     def _moving(self, linear: LinearPath, states: Array) -> Array:
         """Least change of the states (n,) that gives the output its first velocity and leaves its value.
 
-        None where its value settles its velocity, as in a path of one state.
+        None in a path of one state, whose value settles its velocity.
         """
-        now = float(linear.velocity @ states) + linear.velocity_direct * float(self.voltage_v[0])
-        value, velocity = linear.c, linear.velocity
-        free = velocity - value * (velocity @ value) / (value @ value)
-        if np.linalg.norm(free) <= _SETTLED * np.linalg.norm(velocity):
+        if states.size < 2:
             return np.zeros(states.size)
-        return np.asarray(free * (((self.first_velocity or 0.0) - now) / (velocity @ free)), dtype=np.float64)
+        now = float(linear.velocity @ states) + linear.velocity_direct * float(self.voltage_v[0])
+        wanted = np.array([0.0, (self.first_velocity or 0.0) - now])
+        return np.asarray(
+            np.linalg.lstsq(np.array([linear.c, linear.velocity]), wanted, rcond=None)[0], dtype=np.float64
+        )
 
     def _substeps(self, path: PathSpec) -> int:
         """Sub-steps a sample of this path needs."""

@@ -8,6 +8,7 @@ import math
 
 from numba import njit
 
+from ...channels import Channel
 from ..compiled import (
     FREE_VELOCITY,
     INJECTION,
@@ -119,6 +120,7 @@ EFFECT = Effect(
             (1.0,),
             optional=True,
             usual=(1.0,),
+            channels=(Channel.PRESSURE,),
         ),
     ),
     step=_step,
