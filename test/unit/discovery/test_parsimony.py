@@ -28,12 +28,12 @@ PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
 
 
 def refined(case: Case, name: str, start: dict[str, float]) -> tuple[Bench, Explanation]:
-    """An effect on the position fitted with all its refinements free, from `start`."""
+    """An effect on the position fitted with all its refinements there free, from `start`."""
     problem = make_problem(make(case), PAPER, Channel.POSITION, DiscoverySettings())
     path = PAPER.paths[Channel.POSITION]
     bench = Bench(problem, nominal_terms(path, problem.signal))
     candidate = Candidate(name)
-    freed = {name: candidate.required + candidate.optional}
+    freed = {name: candidate.required + candidate.refining(Channel.POSITION)}
     begin = hypothesis(problem, add_effect(path, candidate, start), bench.nominal, freed)
     return bench, bench.explained(fit_hypothesis(problem, begin, iterations=15), (name,), freed)
 

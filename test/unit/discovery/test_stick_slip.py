@@ -68,8 +68,8 @@ def test_a_spool_that_slides_on_is_friction_with_its_numbers() -> None:
 def test_one_that_does_not_jump_is_a_loop() -> None:
     result = discover(run(0.2, 0.2, 0), SPEC, run(0.2, 0.2, 1), DiscoverySettings(jobs=2))
     (effect,) = result.effects
-    # Then the two are one thing.
-    assert (effect.name, effect.alternatives) == ("hysteresis", ("friction",))
+    # Then the three are one thing.
+    assert (effect.name, effect.alternatives) == ("hysteresis", ("friction", "backlash"))
 
 
 @pytest.mark.parametrize("wave", [0, 1])
