@@ -33,7 +33,8 @@ def refined(case: Case, name: str, start: dict[str, float]) -> tuple[Bench, Expl
     path = PAPER.paths[Channel.POSITION]
     bench = Bench(problem, nominal_terms(path, problem.signal))
     candidate = Candidate(name)
-    freed = {name: candidate.required + candidate.refining(Channel.POSITION)}
+    there = (n for n in candidate.optional if Channel.POSITION in candidate.effect.parameter(n).channels)
+    freed = {name: (*candidate.required, *there)}
     begin = hypothesis(problem, add_effect(path, candidate, start), bench.nominal, freed)
     return bench, bench.explained(fit_hypothesis(problem, begin, iterations=15), (name,), freed)
 

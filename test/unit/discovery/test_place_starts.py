@@ -51,6 +51,8 @@ def test_a_limit_begins_within_the_voltages_of_a_run_on_one_side_of_zero(
             assert len(within) >= 4
         else:
             assert starts == [3.0 * start for start in limit.starts]
+        side = 1.0 if name == "upper_v" else -1.0
+        assert all(side * (start - voltage.mean()) > 0.0 for start in limit_starts(problem, limit, 3.0, about=True))
 
 
 @pytest.mark.parametrize(("damping", "swings"), [(19.2, True), (30.0, False)])

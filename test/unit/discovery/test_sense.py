@@ -13,7 +13,7 @@ from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
-from dt_station_nodes.core.models.effects import Attachment
+from dt_station_nodes.core.models.effects import Attachment, Quantity
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
@@ -137,6 +137,13 @@ def test_play_on_a_voltage_that_goes_through_a_loop_is_a_part_of_it(problem: Pro
         begin = hypothesis(problem, both, nominal, {})
         explained = Bench(problem, nominal).explained(fit_hypothesis(problem, begin, iterations=0), names, {})
         assert sensible(explained, problem) is sense
+
+
+@pytest.mark.parametrize(("share", "plays"), [(0.15, True), (0.05, False)])
+def test_play_does_a_tenth_at_least_of_what_closing_it_does(problem: Problem, share: float, plays: bool) -> None:
+    closing = 0.02 * problem.scales[Quantity.VELOCITY]
+    numbers = {"half_width": share * closing, "lag_s": 0.02}
+    assert sensible(as_it_is(problem, "backlash", numbers), problem) is plays
 
 
 def test_a_leaking_piston_creeps_the_way_its_load_pushes(problem: Problem) -> None:

@@ -144,8 +144,10 @@ def grid(
         return [1.0]
     if (candidate.name, name) == _BY_LOAD:
         return [0.0, 1.0]
-    if candidate.name == "saturation" and parameter.quantity is not Quantity.RATIO:
+    if candidate.name == "saturation" and parameter.quantity is Quantity.INPUT_PEAK:
         return limit_starts(problem, parameter, unit, "centre_v" in candidate.also)
+    if candidate.name == "saturation" and name == "centre_v":
+        return [float(np.mean(problem.simulator.voltage_v))]
     if name == "straight" and name in candidate.also:
         return [0.0, *parameter.starts]
     if candidate.name == "overflow" and name in _STOPS:

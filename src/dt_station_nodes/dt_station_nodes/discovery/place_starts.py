@@ -11,26 +11,23 @@ _HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only j
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
 _FAR = 0.5
 _BELOW = (1.2, 2.0, 4.0)  # times the way from the run's mean down to its lowest level: where a store is empty
-
 _OUT_OF_REACH = 2.0  # times the highest voltage
 _CUT_OFF = (0.05, 0.15, 0.3, 0.5)  # of the voltage's range
 _OUTSIDE = (0.4, 0.6, 1.0, 1.8)  # the same from the working voltage on
 
 
 def limit_starts(problem: Problem, parameter: Parameter, unit: float, about: bool = False) -> list[float]:
-    """Where the voltages that still count begin, and the one from which they bend.
+    """Where the voltages that still count begin.
 
     The limit on the side of zero that a run about a working voltage does not go to may cut off a part of its range.
-    `about`: where they bend from that voltage on, their limits may lie well outside.
+    `about`: where the answer bends from that voltage on, its limits may lie well outside.
     """
     voltage = problem.simulator.voltage_v
     low, high = (float(end) for end in np.quantile(voltage, (0.02, 0.98)))
-    range_v, working = high - low, float(np.mean(voltage))
-    if parameter.quantity is Quantity.INPUT:
-        return [working] if parameter.name == "centre_v" else [start * unit for start in parameter.starts]
+    range_v = high - low
     if about:
-        sign = 1.0 if parameter.name == "upper_v" else -1.0
-        return [working + sign * share * range_v for share in _OUTSIDE]
+        way = range_v if parameter.name == "upper_v" else -range_v
+        return [float(np.mean(voltage)) + share * way for share in _OUTSIDE]
     if parameter.name == "lower_v" and low > 0.0:
         return [-_OUT_OF_REACH * unit, *(low + share * range_v for share in _CUT_OFF)]
     if parameter.name == "upper_v" and high < 0.0:

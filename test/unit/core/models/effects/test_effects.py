@@ -104,6 +104,14 @@ def test_what_is_straight_up_to_a_share_of_its_limit_bends_towards_it_from_there
     assert np.abs(sharp - np.clip(SWEEP, -0.7, 1.2)[:-1]).max() < 1e-3
 
 
+def test_a_soft_limit_may_bend_from_a_working_voltage_and_a_sharp_one_stays_where_it_is():
+    limits = {"upper_v": 1.2, "lower_v": -0.7, "centre_v": 0.5}
+    assert np.allclose(answer("saturation", limits), np.clip(SWEEP, -0.7, 1.2)[:-1])
+    above = SWEEP - 0.5
+    reach = np.where(above > 0.0, 0.7, 1.2)
+    assert np.allclose(answer("saturation", {**limits, "straight": 0.0}), (0.5 + reach * np.tanh(above / reach))[:-1])
+
+
 def test_hysteresis_loop_is_as_wide_as_it_says():
     out = answer("hysteresis", {"half_width_v": 0.3})
     rising, falling = np.diff(SWEEP[:-1]) > 0, np.diff(SWEEP[:-1]) < 0

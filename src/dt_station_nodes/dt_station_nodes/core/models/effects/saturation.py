@@ -42,6 +42,7 @@ def _less_flow(p: Doubles, value: float, c: Doubles) -> float:
 
 @njit(cache=True)
 def _between(p: Doubles, value: float, lower: float, upper: float, rounding: float) -> float:
+    """What gets through of a value above where the answer bends from, limits and rounding in its units."""
     limit = upper if value >= 0.0 else lower
     if p[6] < 1.0:
         bend, left = p[6] * limit, (1.0 - p[6]) * limit
@@ -49,7 +50,7 @@ def _between(p: Doubles, value: float, lower: float, upper: float, rounding: flo
             return value if abs(value) <= abs(bend) else bend + left * math.tanh((value - bend) / left)
     elif p[3] > 1e-3 and limit * value >= 0.0 and limit != 0.0:
         return value * (1.0 + (value / limit) ** (1.0 / p[3])) ** -p[3]
-    if rounding > 0.0:
+    if p[2] > 1e-12:
         a = (value - lower) / rounding
         b = (value - upper) / rounding
         above = a if a > 30.0 else math.log1p(math.exp(a))
