@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.models import EffectSpec, ModelSpec
+from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.discovery.namesakes import namesakes
 
 PAPER = ModelSpec.from_yaml((Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text("utf-8"))
@@ -14,6 +15,18 @@ PAPER = ModelSpec.from_yaml((Path(__file__).parents[3] / "config" / "models" / "
 def others(channel: Channel, loop: dict[str, float], *beside: str) -> tuple[tuple[str, ...], ...]:
     path = PAPER.with_effect(channel, "hysteresis", {"half_width_v": 0.1, **loop}).paths[channel]
     return namesakes(path, (*beside, "hysteresis"), channel)
+
+
+def play(at: Attachment, **form: float) -> tuple[tuple[str, ...], ...]:
+    effect = EffectSpec(name="backlash", at=at, parameters={"half_width": 0.1, **form})
+    path = PAPER.paths[Channel.PRESSURE].model_copy(update={"effects": (effect,)})
+    return namesakes(path, ("backlash",), Channel.PRESSURE)
+
+
+def test_so_may_play_on_the_voltage_where_its_contact_is_stiff() -> None:
+    assert play(Attachment.INPUT) == (("hysteresis", "friction"),)
+    assert play(Attachment.INPUT, lag_s=0.02) == ((),)
+    assert play(Attachment.OUTPUT) == ((),)
 
 
 def test_a_sharp_loop_of_a_pressure_valve_may_be_its_spools_friction_or_its_linkages_play() -> None:

@@ -17,7 +17,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
-from dt_station_nodes.discovery.parsimony import as_near, at_usual, simplified
+from dt_station_nodes.discovery.parsimony import as_near, at_usual, simplified, told_exactly
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation
 from dt_station_nodes.discovery.settings import DiscoverySettings
@@ -56,6 +56,29 @@ def test_refinements_that_the_run_does_not_hold_go(name: str, start: dict[str, f
     assert parameters[gone] == 0.0
     assert parameters[kept] != 0.0
     assert measure.score(simple) < measure.score(full)
+
+
+def test_the_foremost_are_judged_exactly_in_the_order_they_came() -> None:
+    lag = Case((("extra_lag", "position", 1.0),), "sine", seed=3, seconds=12.0, noise_db=10.0)
+    problem, check = (
+        make_problem(make(case), PAPER, Channel.POSITION, DiscoverySettings())
+        for case in (lag, replace(lag, shape="square", seed=4, seconds=24.0, noise_db=60.0))
+    )
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal), check)
+
+    def explained(name: str, start: dict[str, float], iterations: int) -> Explanation:
+        freed = {name: Candidate(name).required}
+        begin = hypothesis(problem, add_effect(path, Candidate(name), start), bench.nominal, freed)
+        return bench.explained(fit_hypothesis(problem, begin, iterations=iterations), (name,), freed)
+
+    known = [explained("bias", {"bias_v": 0.1}, 10), explained("extra_lag", {"time_constant_s": 0.2}, 2)]
+    measure = take_measure(bench, known)
+    told = told_exactly(bench, known, measure)
+    assert [e.added for e in told] == [e.added for e in known]
+    assert all(measure.score(after) <= measure.score(before) + 1e-9 for before, after in zip(known, told, strict=True))
+    assert measure.score(told[1]) < measure.score(known[1]) - 1.0
+    assert told_exactly(replace(bench, check=None), known, measure) == known
 
 
 def test_refinements_that_undo_each_other_go_together() -> None:

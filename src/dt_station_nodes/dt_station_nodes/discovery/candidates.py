@@ -23,8 +23,6 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 Freed = Mapping[str, tuple[str, ...]]
 
-# Play belongs to a linkage; in a pressure valve it could only be another word for hysteresis.
-_NO_PLAY = ("backlash", Channel.PRESSURE)
 # A cylinder stands still at 0 V: its valve works about no other voltage; no slow store feeds what leaks past its
 # piston. A pressure has no two ends.
 _ONE_FORM = (
@@ -102,7 +100,7 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
     """
     found = []
     for name, effect in registry().items():
-        if channel in effect.channels and (name, channel) != _NO_PLAY:
+        if channel in effect.channels:
             places = () if (name, channel) == _NOT_PLAIN else (None, *effect.places(channel)[1:])
             first = (p for p in effect.parameters if apart and channel in p.first_on)
             also = tuple(p.name for p in first if loaded or (name, p.name) != _BY_LOAD)

@@ -14,7 +14,7 @@ from .growth import MISSES, MOST, Growth
 from .namesakes import namesakes
 from .neighbours import lessened
 from .noise import whiteness
-from .parsimony import simplified
+from .parsimony import simplified, told_exactly
 from .problem import Problem
 from .recurring import recurring
 from .result import Verdict
@@ -142,6 +142,7 @@ def examine(
             known += scan(bench, [null], MOST, 0)
         measure = take_measure(bench, known)
         known = lessened(bench, known, simplified(bench, known, measure), measure)
+        known = told_exactly(bench, known, measure)
     except KeyboardInterrupt as stop:
         interrupted = True
         known = distinct(bench, [*known, *(stop.found if isinstance(stop, StoppedError) else ())])

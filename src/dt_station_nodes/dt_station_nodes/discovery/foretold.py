@@ -1,66 +1,120 @@
 """What an explanation leaves of two runs where the second may settle what the first leaves open."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from .fit import finite_differences, least_squares
-from .hypothesis_fit import Fit
+from .hypothesis_fit import Fit, prior_gaps
 from .problem import Problem
 from .unseen import unseen_residual
 
 Array = NDArray[np.float64]
 
-# Rounds, between which each run's own variance is seen anew, and steps in each.
+# Rounds, between which each run's own variance is seen anew, and steps in each:
 _ROUNDS = 2
+# of those with the slopes at the fit,
 _STEPS = 2
+# and of those with slopes seen anew.
+_EXACT_STEPS = 4
 
 
-def foretold(problem: Problem, check: Problem, fit: Fit) -> tuple[float, Array]:
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Numbers x (p,), sum of squares (unit^2) that they leave of the run, residual (n,) of the other."""
+
+    x: Array
+    left: float
+    unseen: Array
+
+    def cost(self, problem: Problem, check: Problem) -> float:
+        """Twice the negative log-likelihood, each run with a variance of its own."""
+        return 2.0 * sum(
+            len(of.measured) * float(np.log(s))
+            for of, s in zip((problem, check), self.spreads(problem, check), strict=True)
+        )
+
+    def spreads(self, problem: Problem, check: Problem) -> tuple[float, float]:
+        """Standard deviation of each run's residual, and what counts as nothing."""
+        powers = (self.left, problem), (float(self.unseen @ self.unseen), check)
+        run, other = (float(np.sqrt(power / len(of.measured) + of.negligible**2)) for power, of in powers)
+        return run, other
+
+
+def foretold(problem: Problem, check: Problem, fit: Fit, exactly: bool = False) -> tuple[float, Array]:
     """Sum of squares (unit^2) left of the run, and the residual (n,) left of `check`, which no fit has seen.
 
     A number that the run hardly holds says little of another run, and its error there is not the effect's. So numbers
-    move where the run's own curvature lets them (recursive least squares); the fit itself stays as it is.
+    move where the run's own curvature lets them (recursive least squares); the fit itself stays as it is. `exactly`:
+    with the run simulated anew for each step, as far as the two lead.
     """
-    given = unseen_residual(check, fit.path)
     left = float(fit.residual @ fit.residual)
-    x = fit.fitted.x
-    if not len(x):
-        return left, given
-    hypothesis = fit.hypothesis
-    bounds, idle = hypothesis.bounds, fit.fitted.idle
-    # What is out of the run's reach stays: the run cannot vouch for it.
-    bounds[idle] = x[idle, None]
+    begin = _Place(fit.fitted.x, left, unseen_residual(check, fit.path))
+    if not len(begin.x):
+        return begin.left, begin.unseen
+    found = _by_curvature(problem, check, fit, begin)
+    if exactly:
+        found = _simulated(problem, check, fit, found)
+    return found.left, found.unseen
+
+
+def _bounds(fit: Fit) -> Array:
+    """Bounds (p, 2) of numbers that the other run may move: what is out of the run's reach stays, unvouched for."""
+    bounds, idle = fit.hypothesis.bounds, fit.fitted.idle
+    bounds[idle] = fit.fitted.x[idle, None]
+    return bounds
+
+
+def _by_curvature(problem: Problem, check: Problem, fit: Fit, best: _Place) -> _Place:
+    hypothesis, bounds = fit.hypothesis, _bounds(fit)
+    begin = best
     curvature = np.asarray(np.linalg.qr(fit.fitted.jacobian, mode="r"))
-
-    def spread(power: float, of: Problem) -> float:
-        """Standard deviation of a residual, and what counts as nothing."""
-        return float(np.sqrt(power / len(of.measured) + of.negligible**2))
-
-    def cost(run: float, other: float) -> float:
-        """Twice the negative log-likelihood, each run with a variance of its own."""
-        parts = ((run, problem), (other, check))
-        return 2.0 * sum(len(of.measured) * float(np.log(spread(power, of))) for power, of in parts)
-
     # Numbers move little: the slopes at the fit serve for every step.
     slopes = finite_differences(
-        lambda moved: unseen_residual(check, hypothesis.path_at(moved)), x, given, hypothesis.steps, *bounds.T
+        lambda moved: unseen_residual(check, hypothesis.path_at(moved)),
+        begin.x,
+        begin.unseen,
+        hypothesis.steps,
+        *bounds.T,
     )
-    best = (left, given)
-    at = x
+    at = begin.x
     for _ in range(_ROUNDS):
-        here = spread(best[0], problem) / problem.sigma
-        there = spread(float(best[1] @ best[1]), check)
+        run, there = best.spreads(problem, check)
+        here = run / problem.sigma
 
         def residuals(moved: Array, here: float = here, there: float = there) -> Array:
             gap = unseen_residual(check, hypothesis.path_at(moved)) / there
-            return np.concatenate([gap, curvature @ (moved - x) / here])
+            return np.concatenate([gap, curvature @ (moved - begin.x) / here])
 
         both = np.concatenate([slopes / there, curvature / here])
         at = least_squares(residuals, at, bounds[:, 0], bounds[:, 1], hypothesis.steps, _STEPS, slopes=both).x
-        path = hypothesis.path_at(at)
-        run, other = problem.residual(path), unseen_residual(check, path)
-        found = (float(run @ run), other)
-        if cost(found[0], float(other @ other)) >= cost(best[0], float(best[1] @ best[1])):
+        found = _at(problem, check, fit, at)
+        if found.cost(problem, check) >= best.cost(problem, check):
             break
         best = found
     return best
+
+
+def _simulated(problem: Problem, check: Problem, fit: Fit, best: _Place) -> _Place:
+    hypothesis, bounds = fit.hypothesis, _bounds(fit)
+    for _ in range(_ROUNDS):
+        here, there = best.spreads(problem, check)
+
+        def residuals(moved: Array, here: float = here, there: float = there) -> Array:
+            path = hypothesis.path_at(moved)
+            gaps = problem.residual(path) / here, unseen_residual(check, path) / there
+            return np.concatenate([*gaps, prior_gaps(hypothesis, moved)])
+
+        at = least_squares(residuals, best.x, bounds[:, 0], bounds[:, 1], hypothesis.steps, _EXACT_STEPS).x
+        found = _at(problem, check, fit, at)
+        if found.cost(problem, check) >= best.cost(problem, check):
+            break
+        best = found
+    return best
+
+
+def _at(problem: Problem, check: Problem, fit: Fit, x: Array) -> _Place:
+    path = fit.hypothesis.path_at(x)
+    run = problem.residual(path)
+    return _Place(x, float(run @ run), unseen_residual(check, path))

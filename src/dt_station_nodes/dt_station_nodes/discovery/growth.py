@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .choice import BENT, ENOUGH_TO_NAME, WORTH_NOISE, Measure, could_add, take_measure
+from .choice import BENT, ENOUGH_TO_NAME, NEXT_LEAVES, WORTH_NOISE, Measure, could_add, take_measure
 from .distinct import distinct
 from .neighbours import exchange, reduced
 from .recurring import recurring
@@ -10,7 +10,7 @@ from .search import scan
 from .selection import Bench, Explanation
 from .sense import sensible
 
-MORE_LEAVES = 0.6  # a third effect is tried only where the second left at most this
+MORE_LEAVES = NEXT_LEAVES  # a third effect is tried only where the second left at most this, as little as it has to
 BEAM = 3
 LIKELY = 10.0  # times what the best leaves: what leaves more is not what an effect is added to
 MOST = 12  # candidates fitted of those glanced at,

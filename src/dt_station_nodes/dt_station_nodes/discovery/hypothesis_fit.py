@@ -69,6 +69,12 @@ def _prior(deviation: Array) -> Array:
     return np.asarray(np.sign(deviation) * np.sqrt(4.0 * np.log1p(0.25 * deviation**2)), dtype=np.float64)
 
 
+def prior_gaps(hypothesis: Hypothesis, x: Array) -> Array:
+    """Residuals (k,) of the priors of the numbers x (p,) that have one."""
+    held = [(value - term.centre) / term.prior for term, value in zip(hypothesis.terms, x, strict=True) if term.prior]
+    return _prior(np.array(held))
+
+
 def fit_hypothesis(
     problem: Problem,
     hypothesis: Hypothesis,

@@ -1,13 +1,15 @@
 """Other names of what a form does: no run tells them apart."""
 
 from ..core.channels import Channel
-from ..core.models import PathSpec
-from ..core.models.effects import registry
+from ..core.models import EffectSpec, PathSpec
+from ..core.models.effects import Attachment, registry
 
 _SHARE = 0.05  # of a smooth loop, in one that counts as sharp,
 _WHOLE = 0.1  # and how far it may be from letting all of the voltage through
-_LIKE_A_LOOP = ("friction", "backlash")
+_LOOPS = ("hysteresis", "backlash")
+_LIKE_A_LOOP = ("hysteresis", "friction", "backlash")
 _SMOOTH = ("spread", "bouc_wen", "closes_v", "bend_per_v")
+_SOFT = ("lag_s", "spread", "coast_s")
 
 
 def namesakes(path: PathSpec, added: tuple[str, ...], channel: Channel) -> tuple[tuple[str, ...], ...]:
@@ -17,11 +19,23 @@ def namesakes(path: PathSpec, added: tuple[str, ...], channel: Channel) -> tuple
     its linkage does, with play.
     """
     sharp = channel is Channel.PRESSURE and "friction" not in added
-    return tuple(_LIKE_A_LOOP if sharp and name == "hysteresis" and _sharp(path) else () for name in added)
+    return tuple(_others(name) if sharp and name in _LOOPS and _sharp(path.effect(name)) else () for name in added)
 
 
-def _sharp(path: PathSpec) -> bool:
-    effect = registry()["hysteresis"]
-    loop = effect.complete(path.effect("hysteresis").parameters)
-    whole = all(abs(loop[name] - effect.parameter(name).neutral) < _WHOLE for name in ("depth", "steepness"))
+def _others(name: str) -> tuple[str, ...]:
+    return tuple(other for other in _LIKE_A_LOOP if other != name)
+
+
+def sharp_loop(effect: EffectSpec) -> bool:
+    """Whether a loop of a valve has the corners of a play operator and nothing passes beside it."""
+    entry = registry()["hysteresis"]
+    if effect.name != entry.name:
+        return False
+    loop = entry.complete(effect.parameters)
+    whole = all(abs(loop[name] - entry.parameter(name).neutral) < _WHOLE for name in ("depth", "steepness"))
     return whole and all(loop[name] < _SHARE for name in _SMOOTH)
+
+
+def _sharp(effect: EffectSpec) -> bool:
+    play = effect.name == "backlash" and effect.at is Attachment.INPUT
+    return sharp_loop(effect) or (play and all(effect.parameters.get(name, 0.0) == 0.0 for name in _SOFT))

@@ -193,14 +193,30 @@ def _around(bench: Bench, explanation: Explanation) -> Explanation:
     return bench.judged(bench.explained(fit, explanation.added, explanation.freed))
 
 
+def told_exactly(bench: Bench, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
+    """What is known, those near the best judged by both runs as exactly as they may be."""
+    listed = list(known)
+    if bench.rough or bench.check is None:
+        return listed
+    near = _foremost(listed, measure)
+    found = bench.workers.results(partial(bench.alone.settled, exactly=True), near)
+    for explanation, told in zip(near, found, strict=True):
+        listed = [told if e is explanation else e for e in listed]
+    return listed
+
+
+def _foremost(known: list[Explanation], measure: Measure) -> list[Explanation]:
+    ranked = sorted((e for e in known if e.added), key=measure.score)
+    behind = (e for e in ranked[_BEST:_MOST] if measure.score(e) - measure.score(ranked[0]) < _BEHIND)
+    return [*ranked[:_BEST], *behind]
+
+
 def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
     """What is known, those near the best in their simplest form; in the order they came."""
     listed = list(known)
     if bench.rough:
         return listed
-    ranked = sorted((e for e in listed if e.added), key=measure.score)
-    near = ranked[:_BEST]
-    near += [e for e in ranked[_BEST:_MOST] if measure.score(e) - measure.score(ranked[0]) < _BEHIND]
+    near = _foremost(listed, measure)
     found = bench.workers.results(partial(_simplest, replace(measure, bench=bench.alone)), near)
     for explanation, simple in zip(near, found, strict=True):
         listed = [simple if e is explanation and simple else e for e in listed]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from .channel import Finding, base_paths
 from .fit import least_squares
 from .hypothesis_fit import Fit, fit_hypothesis
 from .noise import difference_noise, noise_floor
-from .problem import Problem
+from .problem import Problem, effect_term
 from .result import Verdict
 from .selection import Explanation
 from .terms import Hypothesis
@@ -42,6 +43,7 @@ ROUNDS = 4
 STEPS, CLOSE = 20, 1e-6
 # Refinements that a measured force needs as much as its level: its two directions differ.
 KEPT = ("asymmetry",)
+LEANING = (-0.3, -0.15, 0.0, 0.15, 0.3)
 
 
 def _textbook(found: Hypothesis) -> Hypothesis:
@@ -66,7 +68,11 @@ def _carried(explanation: Explanation, problem: Problem, refit: bool) -> Explana
 
 
 def _needed(
-    fit: Fit, added: tuple[str, ...], refit: Callable[[Fit], Fit], noise: float = np.inf
+    fit: Fit,
+    added: tuple[str, ...],
+    refit: Callable[[Fit], Fit],
+    noise: float = np.inf,
+    less: Callable[[Fit, str], Hypothesis] | None = None,
 ) -> tuple[Fit, tuple[str, ...]]:
     """A fit of a set less the effects without which it is as good, and the names that stay.
 
@@ -74,7 +80,7 @@ def _needed(
     """
     kept = added
     while len(kept) > 1:
-        bare = [replace(fit, path=without(fit.path, name), hypothesis=_less(fit, name)) for name in kept]
+        bare = [replace(fit, path=without(fit.path, name), hypothesis=(less or _less)(fit, name)) for name in kept]
         refitted = [refit(one) for one in bare]
         least = min(range(len(kept)), key=lambda i: refitted[i].fitted.cost)
         told, left = refitted[least].fitted.cost - fit.fitted.cost, fit.fitted.cost - noise
@@ -122,7 +128,8 @@ def polished(finding: Finding, check: Problem | None = None) -> Finding:
         return finding
     hiss = len(problem.measured) * (noise / problem.sigma) ** 2
     whole = _refitted(near, finding.best.fit)
-    best, kept = _needed(whole, finding.best.added, lambda bare: _refitted(near, bare), hiss)
+    added = finding.best.added
+    best, kept = _needed(whole, added, lambda bare: _refitted(near, bare), hiss, partial(_less_or_leaning, near))
     best = _less_adrift(near, best, check)
     residual = problem.residual(best.path)
     seen = replace(best, residual=residual, rss=float(residual @ residual) / problem.sigma**2)
@@ -135,7 +142,24 @@ def _less(fit: Fit, name: str) -> Hypothesis:
     terms = tuple(
         replace(term, effect=term.effect - (term.effect > gone)) for term in fit.hypothesis.terms if term.effect != gone
     )
-    return replace(fit.hypothesis, terms=terms)
+    return Hypothesis(without(fit.path, name), terms)
+
+
+def _less_or_leaning(problem: Problem, fit: Fit, name: str) -> Hypothesis:
+    """The same, with directions that may differ: that may be what the effect was there for."""
+    bare = _less(fit, name)
+    path, terms = bare.path, bare.terms
+    known = {(term.effect, term.name) for term in terms}
+    parameters = ((i, spec, p) for i, spec in enumerate(path.effects) for p in registry()[spec.name].parameters)
+    new = ((i, spec, p) for i, spec, p in parameters if p.name in KEPT and (i, p.name) not in known)
+    return Hypothesis(path, (*terms, *(effect_term(problem, i, p, spec.place) for i, spec, p in new)))
+
+
+def _leaning(hypothesis: Hypothesis) -> list[Array]:
+    """Starts whose directions differ otherwise."""
+    start = hypothesis.start()
+    kept = np.array([term.name in KEPT for term in hypothesis.terms])
+    return [np.where(kept, lean, start) for lean in LEANING] if kept.any() else []
 
 
 def _settled(near: Problem, fit: Fit) -> Fit:
@@ -155,7 +179,7 @@ def _refitted(near: Problem, fit: Fit) -> Fit:
     here = Hypothesis(fit.path, fit.hypothesis.terms)
     fits = []
     for hypothesis in (_textbook(here), here):
-        starts = [hypothesis.scaled(hypothesis.start(), factor) for factor in AROUND]
+        starts = [hypothesis.scaled(hypothesis.start(), factor) for factor in AROUND] + _leaning(hypothesis)
         fits += [fit_hypothesis(near, hypothesis, [x], iterations=15) for x in starts]
     best = sorted(fits, key=lambda f: f.fitted.cost)[:AGAIN]
     return min((_settled(near, fit) for fit in best), key=lambda f: f.fitted.cost)

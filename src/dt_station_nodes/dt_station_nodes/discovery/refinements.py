@@ -13,8 +13,9 @@ from ..core.models import PathSpec
 from ..core.models.effects import Quantity
 from .candidates import Candidate, add_effect, drawn, grid
 from .problem import Problem
+from .settling import SETTLING, settling_drift
 from .terms import Term
-from .timing import seen_timing
+from .timing import DRIFT, seen_timing
 
 Array = NDArray[np.float64]
 
@@ -60,12 +61,13 @@ _PACES = (0.4, 1.0, 2.0, 4.0, 6.0, 12.0)  # times the velocity's start
 class Refinements:
     """Starts of a candidate's optional parameters, by name; those of its `timing` make sense together only.
 
-    Those `together` are tried two at a time as well.
+    Those `together` are tried two at a time as well. `rates`: at what rate a drift begins, by how it settles.
     """
 
     candidate: Candidate
     grids: Mapping[str, list[float]]
     timing: Mapping[str, float]
+    rates: Mapping[float, float]
     together: tuple[tuple[str, ...], ...] = ()
 
     @property
@@ -116,7 +118,11 @@ def refinements(
         own = [name for name in own if candidate.effect.parameter(name).quantity is not Quantity.PER_LOAD]
     together = tuple(pair for pair in _TOGETHER if timed and all(name in own for name in pair))
     grids = {name: grid(problem, path, candidate, name, residual) for name in own}
-    return Refinements(candidate, grids, timing, together)
+    rates: dict[float, float] = {}
+    if candidate.name == DRIFT and timed and SETTLING in grids:
+        settling_s, rate = settling_drift(problem, path)
+        grids[SETTLING], rates = [settling_s], {settling_s: rate}
+    return Refinements(candidate, grids, timing, rates, together)
 
 
 def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> list[PathSpec]:
@@ -155,4 +161,6 @@ def _refined(path: PathSpec, forms: Refinements, chosen: list[dict[str, float]],
     main = forms.candidate.required[0]
     spec = path.effect(forms.candidate.name)
     sized = {**spec.parameters, main: spec.parameters[main] * size}
-    return [add_effect(path, forms.candidate, {**sized, **numbers}) for numbers in chosen]
+    settled = ({main: forms.rates[n[SETTLING]]} if n.get(SETTLING) in forms.rates else {} for n in chosen)
+    starts = ({**sized, **own, **numbers} for own, numbers in zip(settled, chosen, strict=True))
+    return [add_effect(path, forms.candidate, numbers) for numbers in starts]

@@ -101,7 +101,8 @@ def _refined(bench: Bench, task: Task) -> Task:
 
 def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _Steps:
     """The best step of refinement from a plain form's `path`, that of a grip if better; and those of one parameter."""
-    steps = {n: _form(bench, task, n, step_starts(path, forms, n), 4, _MANY if n == GRIP else 1) for n in forms.steps}
+    few = 1 if bench.rough else 2
+    steps = {n: _form(bench, task, n, step_starts(path, forms, n), 4, _MANY if n == GRIP else few) for n in forms.steps}
     # A grip has many starts: what a contact does otherwise is not to be lost behind it.
     grip = steps.pop(GRIP, None)
     ones: list[Explanation] = []

@@ -8,14 +8,12 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from ..core.models.effects import registry
-from .candidates import (
-    Freed,
-    in_vocabulary,
-)
+from .candidates import Freed, in_vocabulary
 from .fit import Fitted
 from .foretold import foretold
 from .held_out import held_out_power
 from .hypothesis_fit import Fit, fit_hypothesis
+from .namesakes import sharp_loop
 from .noise import effective_samples, noise_floor
 from .out_of_reach import ends_elsewhere
 from .problem import Problem
@@ -26,10 +24,11 @@ from .workers import ALONE, Workers
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-
 # Twice the log prior odds against forms that are rarely what a name means.
 UNUSUAL = {
     ("backlash", "input"): 4.0,
+    # A gauge's linkage has less play than a valve's.
+    ("backlash", "pressure"): 6.0,
     ("overflow", "output"): 1.0,
     # Without voltages inside its band a dead zone only takes off a constant; a bias could as well add one.
     ("bias", "pressure"): 4.0,
@@ -59,7 +58,6 @@ UNUSUAL = {
     ("periodic_disturbance", "input"): 13.0,
 }
 
-
 # The same against refinements: a rim is sharp, what bends softly is a valve; cross-talk comes at once or lags.
 UNUSUAL_FORMS = {
     ("overflow", "rounding"): 3.0,
@@ -67,6 +65,8 @@ UNUSUAL_FORMS = {
     # A limit of its own is commoner than one of the loop alone.
     ("hysteresis", "bend_per_v"): 8.0,
 }
+# The same against a loop with the corners of a play operator: what magnets do is round.
+SHARP_LOOP = 6.0
 NOTHING = 1e-6  # of a parameter's scale: it is at what changes nothing
 
 
@@ -151,11 +151,11 @@ class Bench:
         found = Explanation(fit, added, freed, tuple(powers), unseen)
         return found if glance else self.settled(found)
 
-    def settled(self, explanation: "Explanation") -> "Explanation":
+    def settled(self, explanation: "Explanation", exactly: bool = False) -> "Explanation":
         """With what it leaves of both runs where the validation run may settle what the run leaves open."""
         if self.check is None or self.rough:
             return explanation
-        left, unseen = foretold(self.problem, self.check, explanation.fit)
+        left, unseen = foretold(self.problem, self.check, explanation.fit, exactly)
         return replace(explanation, powers=(left, float(unseen @ unseen)), unseen=unseen)
 
     def judged(self, explanation: "Explanation") -> "Explanation":
@@ -215,6 +215,7 @@ def _unusual(bench: "Bench", path: PathSpec) -> float:
     """Twice the log prior odds against the places and forms of a path's effects."""
     found = 0.0
     for effect in path.effects:
+        found += SHARP_LOOP * sharp_loop(effect)
         found += UNUSUAL.get((effect.name, effect.at.value if effect.at else bench.problem.channel.value), 0.0)
         for (name, parameter), odds in UNUSUAL_FORMS.items():
             neutral = registry()[name].parameter(parameter).neutral

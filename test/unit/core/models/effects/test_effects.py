@@ -592,6 +592,18 @@ def test_bursts_leave_the_sine_as_it_is_or_nothing():
     assert not out[(into > 1.1) & (into < 3.9)].any()
 
 
+@pytest.mark.parametrize("echo", [0.2, -0.3])
+def test_a_line_throws_back_a_share_that_comes_two_dead_times_later(echo):
+    delay_s = 0.1
+    step = np.where(TIME >= TS, 1.0, 0.0)
+    out = answer("delay", {"delay_s": delay_s, "echo": echo}, voltage=step)
+    every = round(delay_s / TS)
+    levels = [out[passes * every + 1] / out[-1] for passes in (0, 2, 4, 6)]
+    first = 1.0 / (1.0 + echo + echo**2)
+    assert levels == pytest.approx([0.0, first, first * (1.0 + echo), 1.0], abs=1e-9)
+    assert out[-1] == pytest.approx(answer("delay", {"delay_s": delay_s}, voltage=step)[-1])
+
+
 def test_a_delay_that_wanders_is_longer_and_shorter_in_turn():
     ramp = 1.0 * TIME
     out = answer("delay", {"delay_s": 0.2, "wander": 0.5, "wander_hz": 0.25, "wander_rad": 0.3}, voltage=ramp)

@@ -37,6 +37,19 @@ def _leaning(s: Doubles, delay: float, h: float, value: float) -> float:
     return s[519]
 
 
+@njit(cache=True)
+def _echoed(s: Doubles, head: int, behind: float, echo: float, first: float) -> float:
+    """What reaches the end of a line whose ends throw back a share `echo` between them, on each way there and back."""
+    total, share, weight = first, echo, 1.0 + echo + echo * echo
+    for passes in (3.0, 5.0):
+        at = min(passes * behind, 510.0)
+        whole = int(at)
+        recent, older = s[(head - whole) % 512], s[(head - whole - 1) % 512]
+        total += share * (recent + (at - whole) * (older - recent))
+        share *= echo
+    return total / weight
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[513] == 0.0:
@@ -56,6 +69,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     older = s[(head - whole - 1) % 512]
     s[512] = (head + 1) % 512
     on_time = recent + part * (older - recent)
+    if p[7] != 0.0:
+        on_time = _echoed(s, head, behind, p[7], on_time)
     return on_time if p[5] == 0.0 else _dispersed(s, spread, max(p[5], 1.0), c[SUBSTEP], on_time)
 
 
@@ -102,6 +117,15 @@ EFFECT = Effect(
             "how much longer than its mean it is upwards, and shorter downwards, as a pilot opens and closes",
             -0.9,
             0.9,
+            (0.1, -0.1),
+            optional=True,
+        ),
+        Parameter(
+            "echo",
+            Quantity.RATIO,
+            "share that comes again after two dead times more, thrown back by both ends of a line",
+            -0.5,
+            0.5,
             (0.1, -0.1),
             optional=True,
         ),

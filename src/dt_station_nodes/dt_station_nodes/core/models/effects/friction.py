@@ -122,9 +122,9 @@ EFFECT = Effect(
         Parameter(
             "stribeck_velocity",
             Quantity.VELOCITY,
-            "Stribeck velocity",
+            "Stribeck velocity; one near the run's speed would be a drag that falls",
             0.0,
-            1.0,
+            0.5,
             (0.05,),
             optional=True,
             channels=_PISTON,
