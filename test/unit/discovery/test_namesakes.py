@@ -23,9 +23,10 @@ def play(at: Attachment, **form: float) -> tuple[tuple[str, ...], ...]:
     return namesakes(path, ("backlash",), Channel.PRESSURE)
 
 
-def test_so_may_play_on_the_voltage_where_its_contact_is_stiff() -> None:
+def test_so_may_play_on_the_voltage_and_one_that_gives_a_spool_with_mass() -> None:
     assert play(Attachment.INPUT) == (("hysteresis", "friction"),)
-    assert play(Attachment.INPUT, lag_s=0.02) == ((),)
+    assert play(Attachment.INPUT, lag_s=0.02) == (("friction",),)
+    assert play(Attachment.INPUT, coast_s=0.02) == (("friction",),)
     assert play(Attachment.OUTPUT) == ((),)
 
 

@@ -7,7 +7,6 @@ from ..core.models.effects import Attachment, registry
 _SHARE = 0.05  # of a smooth loop, in one that counts as sharp,
 _WHOLE = 0.1  # and how far it may be from letting all of the voltage through
 _LOOPS = ("hysteresis", "backlash")
-_LIKE_A_LOOP = ("hysteresis", "friction", "backlash")
 _SMOOTH = ("spread", "bouc_wen", "closes_v", "bend_per_v")
 _SOFT = ("lag_s", "spread", "coast_s")
 
@@ -16,14 +15,18 @@ def namesakes(path: PathSpec, added: tuple[str, ...], channel: Channel) -> tuple
     """For each effect added to a path, names that stand for it as well.
 
     A loop with sharp corners on the voltage of a pressure valve is what its spool does, held by dry friction, and what
-    its linkage does, with play.
+    its linkage does, with play. Play whose contact gives or whose load coasts is a spool with mass that is held.
     """
-    sharp = channel is Channel.PRESSURE and "friction" not in added
-    return tuple(_others(name) if sharp and name in _LOOPS and _sharp(path.effect(name)) else () for name in added)
+    if channel is not Channel.PRESSURE or "friction" in added:
+        return tuple(() for _ in added)
+    return tuple(_others(path.effect(name)) if name in _LOOPS else () for name in added)
 
 
-def _others(name: str) -> tuple[str, ...]:
-    return tuple(other for other in _LIKE_A_LOOP if other != name)
+def _others(effect: EffectSpec) -> tuple[str, ...]:
+    if effect.name == "backlash" and effect.at is Attachment.INPUT:
+        stiff = all(effect.parameters.get(name, 0.0) == 0.0 for name in _SOFT)
+        return ("hysteresis", "friction") if stiff else ("friction",)
+    return ("friction", "backlash") if sharp_loop(effect) else ()
 
 
 def sharp_loop(effect: EffectSpec) -> bool:
@@ -34,8 +37,3 @@ def sharp_loop(effect: EffectSpec) -> bool:
     loop = entry.complete(effect.parameters)
     whole = all(abs(loop[name] - entry.parameter(name).neutral) < _WHOLE for name in ("depth", "steepness"))
     return whole and all(loop[name] < _SHARE for name in _SMOOTH)
-
-
-def _sharp(effect: EffectSpec) -> bool:
-    play = effect.name == "backlash" and effect.at is Attachment.INPUT
-    return sharp_loop(effect) or (play and all(effect.parameters.get(name, 0.0) == 0.0 for name in _SOFT))
