@@ -120,3 +120,21 @@ def test_what_explains_less_than_the_set_leaves_may_be_part_of_that() -> None:
     assert needed(whole, ("bias", "friction"), refit, 0.0)[1] == ("friction",)
     # Where all but noise is explained, three tenths of it are not left to chance.
     assert needed(whole, ("friction", "bias"), refit, whole.fitted.cost)[1] == ("friction", "bias")
+
+
+def test_without_a_standing_force_friction_may_differ_with_direction() -> None:
+    """An offset beside friction of one level is friction of two: it is left out for that, not kept."""
+    path = AXIS.paths[Channel.POSITION]
+    problem = make_problem(axis_run(0.0), AXIS, Channel.POSITION, DiscoverySettings())
+    freed = {"friction": ("coulomb_v",), "bias": ("bias_v",)}
+    friction = add_effect(path, Candidate("friction"), {"coulomb_v": COULOMB_V})
+    both = hypothesis(problem, add_effect(friction, Candidate("bias"), {"bias_v": 0.1}), (), freed)
+    fit = fit_hypothesis(problem, both, iterations=0)
+    alone = polish._less_or_leaning(problem, fit, "bias")
+    assert [effect.name for effect in alone.path.effects] == ["friction"]
+    assert [term.name for term in alone.terms] == ["coulomb_v", "asymmetry"]
+    starts = polish._leaning(alone)
+    levels, leans = np.array(starts).T
+    assert np.all(levels == alone.start()[0])
+    assert min(leans) < -0.1 < 0.1 < max(leans)
+    assert not polish._leaning(polish._less(fit, "bias"))

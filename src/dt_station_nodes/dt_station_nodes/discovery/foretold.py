@@ -1,6 +1,8 @@
 """What an explanation leaves of two runs where the second may settle what the first leaves open."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,9 +68,8 @@ def _bounds(fit: Fit) -> Array:
     return bounds
 
 
-def _by_curvature(problem: Problem, check: Problem, fit: Fit, best: _Place) -> _Place:
-    hypothesis, bounds = fit.hypothesis, _bounds(fit)
-    begin = best
+def _by_curvature(problem: Problem, check: Problem, fit: Fit, begin: _Place) -> _Place:
+    hypothesis = fit.hypothesis
     curvature = np.asarray(np.linalg.qr(fit.fitted.jacobian, mode="r"))
     # Numbers move little: the slopes at the fit serve for every step.
     slopes = finite_differences(
@@ -76,37 +77,46 @@ def _by_curvature(problem: Problem, check: Problem, fit: Fit, best: _Place) -> _
         begin.x,
         begin.unseen,
         hypothesis.steps,
-        *bounds.T,
+        *_bounds(fit).T,
     )
-    at = begin.x
+
+    def gaps(here: float, there: float, moved: Array) -> Array:
+        gap = unseen_residual(check, hypothesis.path_at(moved)) / there
+        return np.concatenate([gap, curvature @ (moved - begin.x) / (here / problem.sigma)])
+
+    def both(here: float, there: float) -> Array:
+        return np.concatenate([slopes / there, curvature / (here / problem.sigma)])
+
+    return _led(problem, check, fit, begin, gaps, _STEPS, both)
+
+
+def _simulated(problem: Problem, check: Problem, fit: Fit, begin: _Place) -> _Place:
+    hypothesis = fit.hypothesis
+
+    def gaps(here: float, there: float, moved: Array) -> Array:
+        path = hypothesis.path_at(moved)
+        runs = problem.residual(path) / here, unseen_residual(check, path) / there
+        return np.concatenate([*runs, prior_gaps(hypothesis, moved)])
+
+    return _led(problem, check, fit, begin, gaps, _EXACT_STEPS)
+
+
+def _led(
+    problem: Problem,
+    check: Problem,
+    fit: Fit,
+    best: _Place,
+    gaps: Callable[[float, float, Array], Array],
+    steps: int,
+    slopes: Callable[[float, float], Array] | None = None,
+) -> _Place:
+    """Where `gaps` lead, which come with their `slopes` or are simulated for them, both by the runs' spreads."""
+    bounds = _bounds(fit)
     for _ in range(_ROUNDS):
-        run, there = best.spreads(problem, check)
-        here = run / problem.sigma
-
-        def residuals(moved: Array, here: float = here, there: float = there) -> Array:
-            gap = unseen_residual(check, hypothesis.path_at(moved)) / there
-            return np.concatenate([gap, curvature @ (moved - begin.x) / here])
-
-        both = np.concatenate([slopes / there, curvature / here])
-        at = least_squares(residuals, at, bounds[:, 0], bounds[:, 1], hypothesis.steps, _STEPS, slopes=both).x
-        found = _at(problem, check, fit, at)
-        if found.cost(problem, check) >= best.cost(problem, check):
-            break
-        best = found
-    return best
-
-
-def _simulated(problem: Problem, check: Problem, fit: Fit, best: _Place) -> _Place:
-    hypothesis, bounds = fit.hypothesis, _bounds(fit)
-    for _ in range(_ROUNDS):
-        here, there = best.spreads(problem, check)
-
-        def residuals(moved: Array, here: float = here, there: float = there) -> Array:
-            path = hypothesis.path_at(moved)
-            gaps = problem.residual(path) / here, unseen_residual(check, path) / there
-            return np.concatenate([*gaps, prior_gaps(hypothesis, moved)])
-
-        at = least_squares(residuals, best.x, bounds[:, 0], bounds[:, 1], hypothesis.steps, _EXACT_STEPS).x
+        spreads = best.spreads(problem, check)
+        seen = slopes(*spreads) if slopes else None
+        led = partial(gaps, *spreads)
+        at = least_squares(led, best.x, bounds[:, 0], bounds[:, 1], fit.hypothesis.steps, steps, slopes=seen).x
         found = _at(problem, check, fit, at)
         if found.cost(problem, check) >= best.cost(problem, check):
             break

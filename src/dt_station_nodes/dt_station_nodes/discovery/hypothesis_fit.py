@@ -91,9 +91,6 @@ def fit_hypothesis(
     the cost of a `rival`, is given up.
     """
     home = hypothesis.start()
-    centres = np.array([term.centre for term in hypothesis.terms])
-    widths = np.array([term.prior for term in hypothesis.terms])
-    held = widths > 0.0
     bounds = hypothesis.bounds
     sigma = problem.sigma
 
@@ -101,7 +98,7 @@ def fit_hypothesis(
         gap = problem.residual(hypothesis.path_at(x)) / sigma
         if mask is not None:
             gap = gap * mask
-        return np.concatenate([gap, _prior((x[held] - centres[held]) / widths[held])])
+        return np.concatenate([gap, prior_gaps(hypothesis, x)])
 
     candidates = [home, *starts] if not starts else list(starts)
     steps = hypothesis.steps
@@ -123,7 +120,7 @@ def fit_hypothesis(
     assert best is not None
     path = hypothesis.path_at(best.x)
     residual = problem.residual(path)
-    penalty = float(np.sum(_prior((best.x[held] - centres[held]) / widths[held]) ** 2))
+    penalty = float(np.sum(prior_gaps(hypothesis, best.x) ** 2))
     return Fit(hypothesis, path, best, residual, float(residual @ residual) / sigma**2, penalty)
 
 

@@ -67,12 +67,21 @@ def _carried(explanation: Explanation, problem: Problem, refit: bool) -> Explana
     return replace(explanation, fit=_refitted_on(problem, explanation.fit, CARRY if refit else 0))
 
 
+def _less(fit: Fit, name: str) -> Hypothesis:
+    """The free numbers without those of one effect."""
+    gone = next(index for index, effect in enumerate(fit.path.effects) if effect.name == name)
+    terms = tuple(
+        replace(term, effect=term.effect - (term.effect > gone)) for term in fit.hypothesis.terms if term.effect != gone
+    )
+    return Hypothesis(without(fit.path, name), terms)
+
+
 def _needed(
     fit: Fit,
     added: tuple[str, ...],
     refit: Callable[[Fit], Fit],
     noise: float = np.inf,
-    less: Callable[[Fit, str], Hypothesis] | None = None,
+    less: Callable[[Fit, str], Hypothesis] = _less,
 ) -> tuple[Fit, tuple[str, ...]]:
     """A fit of a set less the effects without which it is as good, and the names that stay.
 
@@ -80,7 +89,7 @@ def _needed(
     """
     kept = added
     while len(kept) > 1:
-        bare = [replace(fit, path=without(fit.path, name), hypothesis=(less or _less)(fit, name)) for name in kept]
+        bare = [replace(fit, path=rest.path, hypothesis=rest) for rest in (less(fit, name) for name in kept)]
         refitted = [refit(one) for one in bare]
         least = min(range(len(kept)), key=lambda i: refitted[i].fitted.cost)
         told, left = refitted[least].fitted.cost - fit.fitted.cost, fit.fitted.cost - noise
@@ -134,15 +143,6 @@ def polished(finding: Finding, check: Problem | None = None) -> Finding:
     residual = problem.residual(best.path)
     seen = replace(best, residual=residual, rss=float(residual @ residual) / problem.sigma**2)
     return replace(_keeping(finding, kept), best=replace(finding.best, fit=seen, added=kept))
-
-
-def _less(fit: Fit, name: str) -> Hypothesis:
-    """The free numbers without those of one effect."""
-    gone = next(index for index, effect in enumerate(fit.path.effects) if effect.name == name)
-    terms = tuple(
-        replace(term, effect=term.effect - (term.effect > gone)) for term in fit.hypothesis.terms if term.effect != gone
-    )
-    return Hypothesis(without(fit.path, name), terms)
 
 
 def _less_or_leaning(problem: Problem, fit: Fit, name: str) -> Hypothesis:
