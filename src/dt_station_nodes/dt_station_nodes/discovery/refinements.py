@@ -13,7 +13,7 @@ from ..core.models import PathSpec
 from ..core.models.effects import Quantity
 from .candidates import Candidate, add_effect, drawn, grid
 from .problem import Problem
-from .settling import SETTLING, settling_drift
+from .settling import SETTLING, heated_drift, settling_drift
 from .terms import Term
 from .timing import DRIFT, seen_timing
 
@@ -61,13 +61,15 @@ _PACES = (0.4, 1.0, 2.0, 4.0, 6.0, 12.0)  # times the velocity's start
 class Refinements:
     """Starts of a candidate's optional parameters, by name; those of its `timing` make sense together only.
 
-    Those `together` are tried two at a time as well. `rates`: at what rate a drift begins, by how it settles.
+    Those `together` are tried two at a time as well. `rates`: at what rate a drift begins, by how it settles; `heat`:
+    how a drift heats, instead.
     """
 
     candidate: Candidate
     grids: Mapping[str, list[float]]
     timing: Mapping[str, float]
     rates: Mapping[float, float]
+    heat: Mapping[str, float]
     together: tuple[tuple[str, ...], ...] = ()
 
     @property
@@ -80,7 +82,8 @@ class Refinements:
         """Names that are tried at a time where one refinement is."""
         grips = [GRIP] if all(name in self.grids for name in GRIP) else []
         alone = [(name,) for name in self.grids if not (grips and name in GRIP)]
-        return (*alone, *self.together, *grips, *([tuple(self.timing)] if self.timing else []))
+        sought = [tuple(numbers) for numbers in (self.timing, self.heat) if numbers]
+        return (*alone, *self.together, *grips, *sought)
 
     def neutral(self, name: str) -> float:
         """Value at which a parameter changes nothing."""
@@ -119,16 +122,19 @@ def refinements(
     together = tuple(pair for pair in _TOGETHER if timed and all(name in own for name in pair))
     grids = {name: grid(problem, path, candidate, name, residual) for name in own}
     rates: dict[float, float] = {}
+    heat: Mapping[str, float] = {}
     if candidate.name == DRIFT and timed and SETTLING in grids:
         settling_s, rate = settling_drift(problem, path)
-        grids[SETTLING], rates = [settling_s], {settling_s: rate}
-    return Refinements(candidate, grids, timing, rates, together)
+        grids[SETTLING], rates, heat = [settling_s], {settling_s: rate}, heated_drift(problem, path)
+    return Refinements(candidate, grids, timing, rates, heat, together)
 
 
 def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> list[PathSpec]:
     """Paths around a fitted plain form with one step of refinement at its neutral value and at its starts."""
     if names == tuple(forms.timing):
         return _refined(path, forms, forms.timings())
+    if names == tuple(forms.heat):
+        return _refined(path, forms, [dict(forms.heat)])
     if names == GRIP:
         return _gripping(path, forms)
     values = [dict.fromkeys([forms.neutral(name), *forms.grids[name]]) for name in names]

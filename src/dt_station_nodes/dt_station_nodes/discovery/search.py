@@ -100,17 +100,24 @@ def _refined(bench: Bench, task: Task) -> Task:
 
 
 def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _Steps:
-    """The best step of refinement from a plain form's `path`, that of a grip if better; and those of one parameter."""
+    """The best step of refinement from a plain form's `path`, a grip's or a heat's if better; and those of one."""
     few = 1 if bench.rough else 2
     steps = {n: _form(bench, task, n, step_starts(path, forms, n), 4, _MANY if n == GRIP else few) for n in forms.steps}
-    # A grip has many starts: what a contact does otherwise is not to be lost behind it.
-    grip = steps.pop(GRIP, None)
-    ones: list[Explanation] = []
+    # A grip has many starts: what a contact does otherwise is not to be lost behind it; and under a steady voltage what
+    # heats nearly settles: which is the likelier is no matter of their costs.
+    heat = tuple(forms.heat)
+    grip, warm = steps.pop(GRIP, None), steps.pop(heat, None)
+
+    def followed(names: tuple[str, ...], step: Explanation) -> Explanation:
+        return step if bench.rough else _form(bench, task, names, [step.fit.path], bench.iterations, 1)
+
+    ones = []
     if steps:
         best = min(steps, key=lambda n: (steps[n].fit.fitted.cost, n))
-        ones = [steps[best] if bench.rough else _form(bench, task, best, [steps[best].fit.path], bench.iterations, 1)]
-    if grip is not None and all(grip.fit.fitted.cost < one.fit.fitted.cost for one in ones):
-        ones.append(grip)
+        ones = [followed(best, steps[best])]
+    for other in (grip, warm and followed(heat, warm)):
+        if other is not None and all(other.fit.fitted.cost < one.fit.fitted.cost for one in ones):
+            ones.append(other)
     return ones, {names[0]: e for names, e in steps.items() if len(names) == 1}
 
 

@@ -1,4 +1,4 @@
-"""Gain drift: the answer grows or fades over the run, as oil warms or with the work done, or at once."""
+"""Gain drift: the answer grows or fades over the run, as oil or a coil warms or with the work done, or at once."""
 
 import math
 
@@ -15,6 +15,14 @@ def _past(c: Doubles, time_s: float) -> float:
     return min(max((c[TIME] + c[SUBSTEP] - time_s) / c[SUBSTEP], 0.0), 1.0)
 
 
+@njit(cache=True)
+def _warm(heat: float, bend: float) -> float:
+    """Gain by heat: linear in it (bend 1), one over such a line (-1), as a coil's, or exponential (0), as oil's."""
+    if abs(bend) < 1e-3:
+        return math.exp(heat)
+    return math.exp(math.log(max(1.0 + bend * heat, 0.02)) / bend)
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     rate, settling, by_work = p[0], p[1], p[6]
@@ -25,6 +33,11 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     stepped = p[7] * _past(c, p[8]) + p[9] * _past(c, p[10])
     turn = 2.0 * math.pi * age / p[5] if p[5] > 0.0 else 0.0
     more = stepped + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn)
+    if p[13] > 0.0:
+        closer = -math.expm1(-c[SUBSTEP] / p[13])
+        s[1] += (abs(value) - s[1]) * closer
+        s[2] += (value * value - s[2]) * closer
+        more += (1.0 + more) * (_warm(p[11] * s[1] + p[12] * s[2], p[14]) - 1.0)
     # A sensor reads all of what it measures by its gain, the rest value too.
     all_of_it = value + c[OUTPUT_REST] if c[STAGE] == 2.0 else value
     return value + more * all_of_it
@@ -36,6 +49,10 @@ def _jump(which: str, meaning: str) -> tuple[Parameter, Parameter]:
         Parameter(name, Quantity.RATIO, meaning, -1.0, 2.0, (), optional=True, acts_alone=True),
         Parameter(f"{name}_s", Quantity.RUN_TIME, "time of the run at which it comes", 0.0, 3600.0, (), optional=True),
     )
+
+
+def _heat(name: str, quantity: Quantity, meaning: str) -> Parameter:
+    return Parameter(name, quantity, meaning, -1.0, 1.0, (), optional=True, acts_alone=True, at=Attachment.INPUT)
 
 
 EFFECT = Effect(
@@ -115,11 +132,35 @@ EFFECT = Effect(
         ),
         *_jump("", "a step of the gain, as of a supply that drops: relative to the gain at the start"),
         *_jump("second_", "another step"),
+        _heat("heat_per_v", Quantity.PER_SIGNAL, "change of the gain's logarithm by heat, per volt of its recent size"),
+        _heat("heat_per_v2", Quantity.PER_SIGNAL_SQUARED, "the same, per square of the recent voltage, as of a coil"),
+        Parameter(
+            "heat_s",
+            Quantity.RUN_TIME,
+            "time constant of the heating, 0 for none: quicker is no heat",
+            4.0,
+            60.0,
+            (),
+            optional=True,
+            at=Attachment.INPUT,
+        ),
+        Parameter(
+            "heat_bend",
+            Quantity.RATIO,
+            "0: the gain goes exponentially with its heat, 1: along a line, -1: as one over a line",
+            -1.0,
+            1.0,
+            (),
+            optional=True,
+            usual=(1.0, -1.0),
+            at=Attachment.INPUT,
+        ),
     ),
     step=_step,
     check="Repeat one step every minute from a cold start; log oil temperature and supply pressure; "
     "hold the sensor against another.",
-    source="oil viscosity and temperature: Merritt (1967), 1.2; a coil or a pump warms with what it is made to do",
-    state_size=1,
+    source="oil viscosity and temperature: Merritt (1967), 1.2; a coil or a pump warms with what it is made to do, "
+    "by first order in its losses",
+    state_size=3,
     also={Channel.PRESSURE: (Attachment.OUTPUT,)},
 )
