@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import EffectSpec, PathSpec
+from .beginnings import begun_anywhere, loop_of
 from .noise import noise_floor
 from .problem import Problem
 from .timing import DELAY, PERIODIC, begun, with_numbers
@@ -26,9 +27,12 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
     """The residual (n,) of a path on a run it was not fitted to.
 
     A disturbance from outside goes on between runs: its frequency and shape are foretold, its phase is not. Nor is when
-    its bursts begin, or the phase of a second tone or of a delay that wanders.
+    its bursts begin, the phase of a second tone or of a delay that wanders, or where in its gap a linkage begins.
     """
     residual = None
+    loop = loop_of(path)
+    if loop is not None:
+        path, residual = begun_anywhere(check, path, loop)
     for name, phase, size in _CHANCE:
         spec = _with_chance(path, name, size)
         if spec is not None:

@@ -162,7 +162,7 @@ class PathSimulator:
         if remembers and self.first_velocity is None:
             # Lags, delays and loops remember the voltage that held the path standing, not the first of the run.
             before = state.copy()
-            run(np.full((1, 2), self._holding(path)), load[:1])
+            run(np.full((1, 2), self.remembered_v(path)), load[:1])
             memory_at = own.state_at + own.linear.b.size + int(own.places[path_map.AWAY_STATES])
             state[:memory_at] = before[:memory_at]
         if beside is None:
@@ -174,8 +174,10 @@ class PathSimulator:
         run_brought_back(*given, self._voltages, load, outputs, beside, shift, _free(path, own.rest))
         return outputs[:, column].copy()
 
-    def _holding(self, path: PathSpec) -> float:
-        """Voltage (V) at which the path stands at `first`."""
+    def remembered_v(self, path: PathSpec) -> float:
+        """Voltage (V) before the run: at which the path stands at `first`; the run's own where it moves already."""
+        if self.first_velocity is not None:
+            return float(self.voltage_v[0])
         if path.denominator[-1] == 0.0 or path.numerator[-1] == 0.0:
             return 0.0
         static = path.scale * path.gain * path.numerator[-1] / path.denominator[-1]

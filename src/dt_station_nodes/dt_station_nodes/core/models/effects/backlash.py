@@ -5,7 +5,7 @@ import math
 from numba import njit
 
 from ..compiled import SUBSTEP, Doubles, effect_step
-from .effect import Attachment, Effect, Parameter, Quantity, on_both
+from .effect import Attachment, Effect, Parameter, Quantity, begins, on_both
 
 _STARTED, _BEFORE, _LAGGING = 0, 1, 2  # then place and speed of the load of each joint
 _WIDE, _NARROW = 3, 5
@@ -32,7 +32,10 @@ def _carried(s: Doubles, joint: int, value: float, half_width: float, coast_s: f
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[_STARTED] == 0.0:
         s[_STARTED] = 1.0
-        s[_BEFORE] = s[_LAGGING] = s[_WIDE] = s[_NARROW] = value
+        s[_BEFORE] = value
+        s[_LAGGING] = s[_WIDE] = s[_NARROW] = value + p[4]
+        if p[4] != 0.0:
+            return value
     wide = _carried(s, _WIDE, value, p[0] * (1.0 + p[2]), p[3], c[SUBSTEP])
     narrow = _carried(s, _NARROW, value, p[0] * (1.0 - p[2]), p[3], c[SUBSTEP])
     s[_BEFORE] = value
@@ -75,6 +78,7 @@ EFFECT = Effect(
             (0.02,),
             optional=True,
         ),
+        begins(Quantity.SIGNAL),
     ),
     step=_step,
     check="Hold the actuator and move the load by hand or dial gauge; look at pins, couplings and sensor mounting.",

@@ -3,7 +3,7 @@
 import math
 
 from ..compiled import Doubles, effect_step
-from .effect import Attachment, Effect, Parameter, Quantity
+from .effect import Attachment, Effect, Parameter, Quantity, begins
 
 _ERF_SLOPE = 2.0 / math.sqrt(math.pi)
 
@@ -15,8 +15,10 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[9] == 0.0:
         s[9] = 1.0
         for j in range(9):
-            s[j] = value
-        s[10] = value
+            s[j] = value + p[11]
+        s[10] = value + p[11]
+        if p[11] != 0.0:
+            return value
     if bouc_wen > 0.0 and half_width > 0.0 and value != s[10]:
         # Bouc-Wen, beta + gamma = 1: w z' = u' (1 - |z|^n) on the way out, w z' = u' (1 + (beta - gamma) |z|^n) back.
         move = (value - s[10]) / half_width
@@ -155,6 +157,7 @@ EFFECT = Effect(
             neutral=1.0,
             optional=True,
         ),
+        begins(Quantity.INPUT),
     ),
     step=_step,
     check="Run a slow triangle and compare the rising and the falling branch; try dither on the valve amplifier. "
