@@ -27,6 +27,11 @@ def beginnings(problem: Problem, path: PathSpec, name: str, places: tuple[float,
     return [first + place * half_width for place in places]
 
 
+def has_begin(name: str) -> bool:
+    """Whether an effect is a loop or a gap."""
+    return name in _WIDTHS
+
+
 def loop_of(path: PathSpec) -> EffectSpec | None:
     """The loop or gap of a path, if it has one that is open."""
     loops = (e for e in path.effects if e.name in _WIDTHS and e.parameters[_WIDTHS[e.name]] > 0.0)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
-from .beginnings import BEGINS, beginnings
 from .place_starts import limit_starts, spring_starts, stop_starts, store_starts
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
@@ -139,8 +138,6 @@ def grid(
     if candidate.apart and name == "centre_v":
         bent = candidate.name == "asymmetric_gain"
         return [0.0, *kinks_v(problem, path, residual)] if bent else flattest_v(problem, path, residual, 2)
-    if name == BEGINS:
-        return beginnings(problem, path, candidate.name, (-1.0, 0.0, 1.0))
     if candidate.apart and name == "working":
         return [1.0]
     if (candidate.name, name) == _BY_LOAD:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import PathSpec
 from ..core.models.effects import Quantity
+from .beginnings import BEGINS, beginnings, has_begin
 from .candidates import Candidate, add_effect, drawn, grid
 from .problem import Problem
 from .settling import SETTLING, heated_drift, settling_drift
@@ -52,6 +53,7 @@ _TOGETHER = (
     ("presliding", "damping_s"),
     ("stiffness", "cushion_s"),
 )
+_BEGIN = (-1.0, 0.0, 1.0)  # places in a loop or a gap
 _COULOMB = np.arange(0.5, 1.06, 0.05)  # of what the plain form took for all of it,
 _EXCESS = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)  # of that,
 _PACES = (0.4, 1.0, 2.0, 4.0, 6.0, 12.0)  # times the velocity's start
@@ -62,7 +64,7 @@ class Refinements:
     """Starts of a candidate's optional parameters, by name; those of its `timing` make sense together only.
 
     Those `together` are tried two at a time as well. `rates`: at what rate a drift begins, by how it settles; `heat`:
-    how a drift heats, instead.
+    how a drift heats, instead. `begins`: where a loop may begin, which is no form of it and comes beside any.
     """
 
     candidate: Candidate
@@ -70,6 +72,7 @@ class Refinements:
     timing: Mapping[str, float]
     rates: Mapping[float, float]
     heat: Mapping[str, float]
+    begins: list[float]
     together: tuple[tuple[str, ...], ...] = ()
 
     @property
@@ -126,7 +129,8 @@ def refinements(
     if candidate.name == DRIFT and timed and SETTLING in grids:
         settling_s, rate = settling_drift(problem, path)
         grids[SETTLING], rates, heat = [settling_s], {settling_s: rate}, heated_drift(problem, path)
-    return Refinements(candidate, grids, timing, rates, heat, together)
+    begins = beginnings(problem, path, candidate.name, _BEGIN) if timed and has_begin(candidate.name) else []
+    return Refinements(candidate, grids, timing, rates, heat, begins, together)
 
 
 def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> list[PathSpec]:
@@ -137,6 +141,8 @@ def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> l
         return _refined(path, forms, [dict(forms.heat)])
     if names == GRIP:
         return _gripping(path, forms)
+    if names == (BEGINS,):
+        return _refined(path, forms, [{BEGINS: value} for value in forms.begins])
     values = [dict.fromkeys([forms.neutral(name), *forms.grids[name]]) for name in names]
     return _refined(path, forms, [dict(zip(names, one, strict=True)) for one in product(*values)])
 

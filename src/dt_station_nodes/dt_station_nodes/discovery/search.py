@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
+from .beginnings import BEGINS
 from .candidates import all_starts, hypothesis, library, pair_starts, plain_starts
 from .distinct import distinct
 from .hypothesis_fit import Group, fit_groups, fit_hypothesis
@@ -100,7 +101,7 @@ def _refined(bench: Bench, task: Task) -> Task:
 
 
 def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _Steps:
-    """The best step of refinement from a plain form's `path`, a grip's or a heat's if better; and those of one."""
+    """The best step of refinement from a plain form's `path`, others that it must not keep out; and those of one."""
     few = 1 if bench.rough else 2
     steps = {n: _form(bench, task, n, step_starts(path, forms, n), 4, _MANY if n == GRIP else few) for n in forms.steps}
     # A grip has many starts: what a contact does otherwise is not to be lost behind it; and under a steady voltage what
@@ -111,10 +112,14 @@ def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _S
     def followed(names: tuple[str, ...], step: Explanation) -> Explanation:
         return step if bench.rough else _form(bench, task, names, [step.fit.path], bench.iterations, 1)
 
-    ones = []
+    ones: list[Explanation] = []
     if steps:
         best = min(steps, key=lambda n: (steps[n].fit.fitted.cost, n))
         ones = [followed(best, steps[best])]
+    if forms.begins:
+        form = best if steps else ()
+        starts = step_starts(ones[0].fit.path if steps else path, forms, (BEGINS,))
+        ones.append(_form(bench, task, (*form, BEGINS), starts, bench.iterations, 1))
     for other in (grip, warm and followed(heat, warm)):
         if other is not None and all(other.fit.fitted.cost < one.fit.fitted.cost for one in ones):
             ones.append(other)

@@ -85,6 +85,22 @@ def test_two_joints_of_unequal_play_stand_still_as_long_as_the_tighter_one() -> 
     assert not np.allclose(both, position(voltage, having(POSITION, "backlash", half_width=half)), atol=0.1 * half)
 
 
+@pytest.mark.parametrize("at", ["input", "output"])
+def test_a_contact_that_gives_follows_by_its_time_and_stands_in_the_gap_at_once(at: str) -> None:
+    """A spring that meets viscous drag: on a ramp it lags by that of its time, at a reversal nothing pushes it on."""
+    half, lag_s, slope = 0.2, 0.05, 1.5
+    ramp = slope * STEP_S * np.concatenate([np.arange(400), np.arange(400, 0, -1)])
+    out = static(ramp, having(STATIC, "backlash", at, half_width=half, lag_s=lag_s))
+    # What acts over a sample comes out at its end, by its mean half a sample behind.
+    late_s = lag_s + (0.5 * STEP_S if at == "input" else 0.0)
+    assert ramp[398] - out[399] == pytest.approx(half + slope * late_s, rel=0.02)
+    # Once the ramp has come back by what the contact gave, the load stands until the gap is taken up.
+    given, whole = (int(way / slope / STEP_S) for way in (slope * lag_s, slope * lag_s + 2.0 * half))
+    stands = out[402 + given : 398 + whole]
+    assert np.ptp(stands) < 0.01 * half
+    assert stands[0] == pytest.approx(float(np.max(out)), abs=0.01 * half)
+
+
 def test_a_load_that_coasts_in_its_gap_goes_on_when_its_drive_stops() -> None:
     """Where drag would stop it later than its drive stops (43 ms), and no further than the gap's other side."""
     half = 0.004

@@ -4,28 +4,34 @@ import math
 
 from numba import njit
 
-from ..compiled import SUBSTEP, Doubles, effect_step
+from ..compiled import STAGE, SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity, begins, on_both
 
-_STARTED, _BEFORE, _LAGGING = 0, 1, 2  # then place and speed of the load of each joint
-_WIDE, _NARROW = 3, 5
+_STARTED, _BEFORE = 0, 1  # then place and speed of the load of each joint
+_WIDE, _NARROW = 2, 4
 
 
 @njit(cache=True)
-def _carried(s: Doubles, joint: int, value: float, half_width: float, coast_s: float, step_s: float) -> float:
-    """Where one joint's load is after a step: free in the gap, at the speed of what pushes it where it is met."""
+def _carried(s: Doubles, joint: int, value: float, half_width: float, p: Doubles, c: Doubles) -> float:
+    """Where one joint's load is after a step: free in the gap, brought back into it over the time its contact takes.
+
+    Where it coasts, it leaves the contact at the speed of what pushes it.
+    """
     place, speed = s[joint], s[joint + 1]
+    h, lag_s, coast_s = c[SUBSTEP], p[1], p[3]
     if coast_s > 0.0:
-        kept = math.exp(-step_s / coast_s)
+        kept = math.exp(-h / coast_s)
         place += speed * coast_s * (1.0 - kept)
         speed *= kept
-    pushing = (value - s[_BEFORE]) / step_s
+    off, pushing = 0.0, (value - s[_BEFORE]) / h
     if place < value - half_width:
-        place, speed = value - half_width, max(speed, pushing)
+        off, speed = value - half_width - place, max(speed, pushing)
     elif place > value + half_width:
-        place, speed = value + half_width, min(speed, pushing)
-    s[joint], s[joint + 1] = place, speed
-    return place
+        off, speed = value + half_width - place, min(speed, pushing)
+    closer = -math.expm1(-h / lag_s) if lag_s > 1e-9 else 1.0
+    s[joint], s[joint + 1] = place + closer * off, speed
+    # What is held over the step acts by its mean; a sensor reads the end of it.
+    return place + (1.0 - closer * lag_s / h) * off if c[STAGE] == 0.0 else s[joint]
 
 
 @effect_step
@@ -33,15 +39,13 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[_STARTED] == 0.0:
         s[_STARTED] = 1.0
         s[_BEFORE] = value
-        s[_LAGGING] = s[_WIDE] = s[_NARROW] = value + p[4]
+        s[_WIDE] = s[_NARROW] = value + p[4]
         if p[4] != 0.0:
             return value
-    wide = _carried(s, _WIDE, value, p[0] * (1.0 + p[2]), p[3], c[SUBSTEP])
-    narrow = _carried(s, _NARROW, value, p[0] * (1.0 - p[2]), p[3], c[SUBSTEP])
+    wide = _carried(s, _WIDE, value, p[0] * (1.0 + p[2]), p, c)
+    narrow = _carried(s, _NARROW, value, p[0] * (1.0 - p[2]), p, c)
     s[_BEFORE] = value
-    carried = 0.5 * (wide + narrow)
-    s[_LAGGING] = carried if p[1] <= 1e-9 else carried + (s[_LAGGING] - carried) * math.exp(-c[SUBSTEP] / p[1])
-    return s[_LAGGING]
+    return 0.5 * (wide + narrow)
 
 
 EFFECT = Effect(
@@ -83,6 +87,6 @@ EFFECT = Effect(
     step=_step,
     check="Hold the actuator and move the load by hand or dial gauge; look at pins, couplings and sensor mounting.",
     source="Nordin & Gutman, Automatica 38 (2002) 1633: play with a shaft's compliance, load's inertia",
-    state_size=7,
+    state_size=6,
     also=on_both(Attachment.INPUT),
 )

@@ -110,7 +110,7 @@ PAST_ZERO = Parameter(
 def begins(quantity: Quantity) -> Parameter:
     """Of what remembers: as if it had come from so far off what it is first given, in the middle of its loop or gap."""
     meaning = "how far from rest it was last in its middle before the run, whose start may find it anywhere"
-    return Parameter("begins", quantity, meaning, -1.5, 1.5, (1.0,), optional=True)
+    return Parameter("begins", quantity, meaning, -1.5, 1.5, (), optional=True)
 
 
 def on_both(*places: Attachment) -> dict[Channel, tuple[Attachment, ...]]:
