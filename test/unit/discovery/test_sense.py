@@ -152,6 +152,10 @@ def test_a_leaking_piston_creeps_the_way_its_load_pushes(problem: Problem) -> No
     assert sensible(as_it_is(problem, "leakage", {"coefficient": -1e-9, "sag_per_s": 0.1}), problem)
     assert sensible(as_it_is(problem, "leakage", {"coefficient": 1e-9, "against": 1.0}), problem)
     assert not sensible(as_it_is(problem, "leakage", {"coefficient": -1e-9, "against": 1.0}), problem)
+    # Beside what sags, next to nothing against a motion is nothing.
+    nothing = -1e-3 * problem.scales[Quantity.VELOCITY_PER_LOAD]
+    assert sensible(as_it_is(problem, "leakage", {"coefficient": nothing, "against": 1.0, "sag_per_s": 0.1}), problem)
+    assert not sensible(as_it_is(problem, "leakage", {"coefficient": nothing, "against": 1.0}), problem)
 
 
 def test_a_pressure_valve_works_about_a_voltage_and_a_cylinders_does_not(run: Run, problem: Problem) -> None:

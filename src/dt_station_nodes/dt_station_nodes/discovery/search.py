@@ -1,6 +1,6 @@
 """Forward selection: every candidate fitted jointly with the nominal parameters, on bases that grow."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -19,10 +19,12 @@ from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
 from .start_groups import by_form, unbent, unlike
 from .stick_slip import climbed, sticks
+from .strangers import SAME
 from .tasks import SETTLED, Task, against, best_of, each, forms_of
 from .terms import Hypothesis
 
 Array = NDArray[np.float64]
+_Names = tuple[str, ...]
 _Steps = tuple[list[Explanation], dict[str, Explanation]]
 
 SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
@@ -116,6 +118,8 @@ def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _S
     if steps:
         best = min(steps, key=lambda n: (steps[n].fit.fitted.cost, n))
         ones = [followed(best, steps[best])]
+        told = best if task.base.added else _foretelling(bench, steps, best)
+        ones += [followed(told, steps[told])] if told != best else []
     if forms.begins:
         form = best if steps else ()
         starts = step_starts(ones[0].fit.path if steps else path, forms, (BEGINS,))
@@ -124,6 +128,18 @@ def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _S
         if other is not None and all(other.fit.fitted.cost < one.fit.fitted.cost for one in ones):
             ones.append(other)
     return ones, {names[0]: e for names, e in steps.items() if len(names) == 1}
+
+
+def _foretelling(bench: Bench, steps: Mapping[_Names, Explanation], best: _Names) -> _Names:
+    """Of steps that the run does not tell from the `best`, the one that foretells the other run clearly better."""
+    lead = steps[best]
+    worth, floors, cost = bench.worth(lead), bench.floors(lead), max(lead.fit.fitted.cost, 1e-300)
+    near = [n for n, e in steps.items() if worth * np.log(max(e.fit.fitted.cost, 1e-300) / cost) < SAME]
+    if bench.check is None or bench.rough or len(near) < 2:
+        return best
+    score = {n: penalised(bench, bench.settled(steps[n]), worth, floors) for n in near}
+    told = min(near, key=lambda n: (score[n], n))
+    return told if score[told] < score[best] - SAME else best
 
 
 def _form(

@@ -19,6 +19,7 @@ LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the lin
 WIDEST_LOOP = 0.95  # of the voltage,
 MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
 MOST_DEPTH = 1.15  # share of the voltage through a loop: more turns back against it
+NO_LEAK = 0.01  # of the run's speed per load: so little beside what sags is none
 MOST_UNEVEN = 0.79  # of a loop's two ways: the end of its range
 LARGEST_MODE = 2.9  # beside a path, over that: the voltage of a closed loop shows what its output does
 QUICKEST_MODE = 0.39  # of the sampling frequency
@@ -101,7 +102,9 @@ def _loses(path: PathSpec, problem: Problem) -> bool:
     """Whether a leak lets the pressure fall, slows a piston or lets it creep the way its load pushes it."""
     leak = path.effect("leakage").parameters
     if problem.channel is Channel.PRESSURE or leak["against"] > 0.5:
-        return leak["coefficient"] > 0.0
+        sags = leak["sag_per_s"] != 0.0
+        least = -NO_LEAK * problem.scales[Quantity.VELOCITY_PER_LOAD] if sags else 0.0
+        return leak["coefficient"] > least
     if path.disturbance is None or leak["sag_per_s"] != 0.0:
         return True
     pushes = path.disturbance.gain * path.disturbance.numerator[-1]
