@@ -81,6 +81,30 @@ def test_the_foremost_are_judged_exactly_in_the_order_they_came() -> None:
     assert told_exactly(replace(bench, check=None), known, measure) == known
 
 
+def test_what_the_run_does_not_tell_from_the_best_is_judged_exactly_however_far_behind() -> None:
+    """Numbers that trade along a curve foretell nothing with the slopes at the fit: a true rate limit lost by 4000."""
+    lag = (("extra_lag", "position", 1.0),)
+    run, check = (
+        make_problem(make(Case(lag, shape, seed=3, seconds=24.0)), PAPER, Channel.POSITION, DiscoverySettings())
+        for shape in ("sine", "triangle")
+    )
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(run, nominal_terms(path, run.signal), check)
+    freed = {"extra_lag": ("time_constant_s",)}
+    begin = hypothesis(run, add_effect(path, Candidate("extra_lag"), {"time_constant_s": 0.03}), bench.nominal, freed)
+    fit = fit_hypothesis(run, begin, iterations=15)
+    best = bench.explained(fit, ("extra_lag",), freed)
+    others = [replace(best, added=(name,), powers=tuple(2.0 * p for p in best.powers)) for name in ("bias", "delay")]
+    # One of those with the same fit of the run, one with another.
+    beside = [replace(best, added=(n,), powers=tuple(9.0 * p for p in best.powers)) for n in ("friction", "leakage")]
+    worse = replace(fit, fitted=replace(fit.fitted, cost=1.5 * fit.fitted.cost))
+    others, alike, unlike = [replace(e, fit=worse) for e in others], beside[0], replace(beside[1], fit=worse)
+    known = [unlike, alike, *others, best]
+    told = told_exactly(bench, known, take_measure(bench, known))
+    assert told[0] is unlike
+    assert max(told[1].powers) < 0.5 * max(alike.powers)
+
+
 def test_refinements_that_undo_each_other_go_together() -> None:
     leak = Case((("leakage", "position", 1.0),), "sine", seed=3, seconds=24.0)
     problem, check = (

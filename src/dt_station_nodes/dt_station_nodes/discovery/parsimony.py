@@ -194,11 +194,12 @@ def _around(bench: Bench, explanation: Explanation) -> Explanation:
 
 
 def told_exactly(bench: Bench, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
-    """What is known, those near the best judged by both runs as exactly as they may be."""
+    """What is known, those near the best, or that the run itself does not tell from it, judged by both exactly."""
     listed = list(known)
     if bench.rough or bench.check is None:
         return listed
     near = _foremost(listed, measure)
+    near += [e for e in _alike_here(listed, near, measure) if e not in near]
     found = bench.workers.results(partial(bench.alone.settled, exactly=True), near)
     for explanation, told in zip(near, found, strict=True):
         listed = [told if e is explanation else e for e in listed]
@@ -209,6 +210,16 @@ def _foremost(known: list[Explanation], measure: Measure) -> list[Explanation]:
     ranked = sorted((e for e in known if e.added), key=measure.score)
     behind = (e for e in ranked[_BEST:_MOST] if measure.score(e) - measure.score(ranked[0]) < _BEHIND)
     return [*ranked[:_BEST], *behind]
+
+
+def _alike_here(known: list[Explanation], near: list[Explanation], measure: Measure) -> list[Explanation]:
+    """Those of as few names that fit the run itself as well as the best of those `near`."""
+    if not near:
+        return []
+    best = max(near[0].fit.fitted.cost, 1e-300)
+    few = (e for e in known if 0 < len(e.added) <= len(near[0].added))
+    alike = (e for e in few if measure.samples * np.log(max(e.fit.fitted.cost, 1e-300) / best) < SAME)
+    return sorted(alike, key=lambda e: e.fit.fitted.cost)[:_BEST]
 
 
 def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
