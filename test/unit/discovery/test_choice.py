@@ -63,6 +63,17 @@ def test_beside_a_large_effect_a_faint_one_is_named_where_it_takes_most_of_what_
     assert best.added == (("delay", "rate_limit") if both else ("delay",))
 
 
+@pytest.mark.parametrize(("other", "beside"), [(("hysteresis",), True), (("friction",), False)])
+def test_a_loop_bent_beyond_what_one_is_stands_for_a_gap(
+    fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, other: tuple[str, ...], beside: bool
+) -> None:
+    monkeypatch.setattr(choice, "certain", lambda *_: False)
+    gap, ahead = leaving(fitted, 0.5, "backlash"), leaving(fitted, 0.1, *other)
+    assert choice.rivals_with(gap, ahead, fitted[0]) is beside
+    both = leaving(fitted, 0.1, "hysteresis", "delay")
+    assert not choice.rivals_with(gap, both, fitted[0])
+
+
 @pytest.mark.parametrize(("before", "both"), [(0.2, False), (0.4, True)])
 def test_what_explains_little_of_the_noise_power_is_the_form_of_the_effect_before(
     fitted: tuple[Measure, Explanation], before: float, both: bool

@@ -27,6 +27,7 @@ WORTH_SAYING = 0.004  # one that is worth less than this is the form of the form
 FAINT_LEAVES = 0.12  # unless it leaves at most this much of what they left
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.12  # must leave little of it
+LOOPS = {"hysteresis", "backlash"}
 EVIDENT = (0.003, 0.02)  # of the signal: RMS that it explains on the run, or else on the validation run
 
 
@@ -152,6 +153,11 @@ def _foretells(best: Explanation, leader: Explanation, measure: Measure) -> bool
 def certain(explanation: Explanation, measure: Measure) -> bool:
     """Whether an explanation is sure of its effects, and each of these what its name says."""
     return sensible(explanation, measure.bench.problem) and sure(explanation, measure)
+
+
+def rivals_with(best: Explanation, other: Explanation, measure: Measure) -> bool:
+    """Whether another explanation that does as well stands for its names: a loop does for a gap however it is bent."""
+    return set(best.added) ^ set(other.added) == LOOPS or certain(other, measure)
 
 
 def sure(explanation: Explanation, measure: Measure) -> bool:
