@@ -157,7 +157,7 @@ def test_it_is_no_further_effect_that_bends_a_model_bent_by_one_of_them(
 def test_what_three_others_would_do_as_well_beside_an_effect_is_its_form(
     fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, others: int, named: tuple[str, ...]
 ) -> None:
-    monkeypatch.setattr(channel, "certain", lambda *_: True)
+    monkeypatch.setattr(choice, "certain", lambda *_: True)
     monkeypatch.setattr(channel, "sensible", lambda *_: True)
     null, one, two = (leaving(fitted, left, *names) for left, names in ((100.0, ()), (5.0, ("delay",)), (0.5, TWO)))
     as_well = [leaving(fitted, 0.5, "delay", name) for name in ("bias", "backlash", "hysteresis")[:others]]
