@@ -40,3 +40,12 @@ def test_a_sharp_loop_of_a_pressure_valve_may_be_its_spools_friction_or_its_link
 @pytest.mark.parametrize("form", [{"spread": 1.0}, {"bouc_wen": 1.0}, {"depth": 0.5}, {"bend_per_v": 0.4}])
 def test_a_smooth_loop_or_a_part_of_one_is_magnetisation(form: dict[str, float]) -> None:
     assert others(Channel.PRESSURE, form) == ((),)
+
+
+@pytest.mark.parametrize(("at", "also"), [(Attachment.OUTPUT, ("saturation",)), (None, ())])
+def test_what_stops_a_positions_reading_and_not_the_piston_may_be_its_sensors_range(
+    at: Attachment | None, also: tuple[str, ...]
+) -> None:
+    effect = EffectSpec(name="overflow", at=at, parameters={"limit": 0.05})
+    path = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (effect,)})
+    assert namesakes(path, ("overflow",), Channel.POSITION) == (also,)

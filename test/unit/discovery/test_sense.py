@@ -99,6 +99,15 @@ def test_an_effect_beside_a_nominal_parameter_at_its_bound_explains_nothing(prob
     assert not sensible(as_it_is(problem, "bias", {"bias_v": 0.1}, time_scale=20.0), problem)
 
 
+@pytest.mark.parametrize(("place", "is_one"), [(0.0, True), (0.6, True), (-0.1, True), (-0.3, False), (1.3, False)])
+def test_a_cube_of_a_pressure_lies_about_where_the_run_comes(run: Run, place: float, is_one: bool) -> None:
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    low, high = float(pressure.measured.min()), float(pressure.measured.max())
+    centre = low + place * (high - low) - PAPER.paths[Channel.PRESSURE].rest
+    cube = {"coefficient": 1e-21, "centre": centre}
+    assert sensible(as_it_is(pressure, "cubic_stiffness", cube), pressure) is is_one
+
+
 def test_a_leak_loses_pressure(run: Run) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     assert sensible(as_it_is(pressure, "leakage", {"coefficient": 0.1}), pressure)

@@ -15,8 +15,12 @@ def namesakes(path: PathSpec, added: tuple[str, ...], channel: Channel) -> tuple
     """For each effect added to a path, names that stand for it as well.
 
     A loop with sharp corners on the voltage of a pressure valve is what its spool does, held by dry friction, and what
-    its linkage does, with play. Play whose contact gives or whose load coasts is a spool with mass that is held.
+    its linkage does, with play. Play whose contact gives or whose load coasts is a spool with mass that is held. What
+    stops a position's reading alone, while the piston goes on, is its sensor's range.
     """
+    if channel is Channel.POSITION:
+        behind = {e.name for e in path.effects if e.at is Attachment.OUTPUT}
+        return tuple(("saturation",) if name == "overflow" and name in behind else () for name in added)
     if channel is not Channel.PRESSURE or "friction" in added:
         return tuple(() for _ in added)
     return tuple(_others(path.effect(name)) if name in _LOOPS else () for name in added)

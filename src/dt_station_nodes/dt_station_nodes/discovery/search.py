@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..core.models import PathSpec
 from .beginnings import BEGINS
 from .candidates import all_starts, hypothesis, library, pair_starts, plain_starts
+from .choice import FAR_OFF
 from .distinct import distinct
 from .hypothesis_fit import Group, fit_groups, fit_hypothesis
 from .mode_starts import mode_starts
@@ -28,6 +29,7 @@ _Names = tuple[str, ...]
 _Steps = tuple[list[Explanation], dict[str, Explanation]]
 
 SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
+_GLANCES = (3, 8)
 _MANY = 4  # starts to follow of a contact that grips
 
 
@@ -36,7 +38,9 @@ def _glance(bench: Bench, task: Task) -> Task:
     starts, near, like = _starts(bench, task)
     forms = [] if bench.rough else by_form(like, starts, tuned=False)
     groups = [Group(apart, 1) for apart in forms or [starts]]
-    fit, *_ = fit_groups(bench.problem, like, *_spared(task, groups, [Group(near, 1)]), 3)
+    # From where the given parameters are, the way to below a base that they were bent for is longer.
+    steps = _GLANCES[task.base.fit.penalty > FAR_OFF]
+    fit, *_ = fit_groups(bench.problem, like, *_spared(task, groups, [Group(near, 1)]), steps)
     return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True))
 
 

@@ -19,6 +19,7 @@ LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the lin
 WIDEST_LOOP = 0.95  # of the voltage,
 MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
 MOST_DEPTH = 1.15  # share of the voltage through a loop: more turns back against it
+FAR_CENTRE = 0.2  # of the run's range: further beyond it is no middle of a spring
 NO_LEAK = 0.01  # of the run's speed per load: so little beside what sags is none
 MOST_UNEVEN = 0.79  # of a loop's two ways: the end of its range
 LARGEST_MODE = 2.9  # beside a path, over that: the voltage of a closed loop shows what its output does
@@ -91,8 +92,15 @@ def _two_sided(path: PathSpec, problem: Problem) -> bool:
 
 
 def _hardens(path: PathSpec, problem: Problem) -> bool:
-    """Whether a spring's cube is felt where the run goes: a linear one is what leaks back, or a pole off zero."""
+    """Whether a spring's cube is felt where the run goes: a linear one is what leaks back, or a pole off zero.
+
+    A pressure's about one that the run never comes near is a curve that bends one way.
+    """
     spring = path.effect("cubic_stiffness").parameters
+    above, beside = problem.measured - path.rest - spring["centre"], FAR_CENTRE * float(np.ptp(problem.measured))
+    near = above.min() - beside <= 0.0 <= above.max() + beside
+    if problem.channel is Channel.PRESSURE and not near:
+        return False
     travel_squared = problem.scales[Quantity.INPUT_PER_OUTPUT] / problem.scales[Quantity.INPUT_PER_OUTPUT_CUBED]
     bent = float(np.mean(problem.measured)) - path.rest - spring["centre"]
     return abs(spring["coefficient"]) * max(travel_squared, bent**2) > LEAST_CUBE * abs(spring["linear"])
