@@ -37,7 +37,14 @@ def test_a_sharp_loop_of_a_pressure_valve_may_be_its_spools_friction_or_its_link
     assert others(Channel.POSITION, {}) == ((),)
 
 
-@pytest.mark.parametrize("form", [{"spread": 1.0}, {"bouc_wen": 1.0}, {"depth": 0.5}, {"bend_per_v": 0.4}])
+@pytest.mark.parametrize("channel", list(Channel))
+def test_several_plays_that_the_whole_voltage_goes_through_may_be_a_linkages_joints(channel: Channel) -> None:
+    assert others(channel, {"spread": 0.9}) == (("backlash",),)
+    assert others(channel, {"spread": 0.9, "depth": 0.5}) == ((),)
+    assert others(channel, {"spread": 0.9, "bouc_wen": 1.0}) == ((),)
+
+
+@pytest.mark.parametrize("form", [{"bouc_wen": 1.0}, {"depth": 0.5}, {"bend_per_v": 0.4}])
 def test_a_smooth_loop_or_a_part_of_one_is_magnetisation(form: dict[str, float]) -> None:
     assert others(Channel.PRESSURE, form) == ((),)
 

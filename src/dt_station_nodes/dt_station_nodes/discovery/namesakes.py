@@ -7,7 +7,7 @@ from ..core.models.effects import Attachment, registry
 _SHARE = 0.05  # of a smooth loop, in one that counts as sharp,
 _WHOLE = 0.1  # and how far it may be from letting all of the voltage through
 _LOOPS = ("hysteresis", "backlash")
-_SMOOTH = ("spread", "bouc_wen", "closes_v", "bend_per_v")
+_SMOOTH = ("bouc_wen", "closes_v", "bend_per_v")
 _SOFT = ("lag_s", "spread", "coast_s")
 
 
@@ -16,14 +16,19 @@ def namesakes(path: PathSpec, added: tuple[str, ...], channel: Channel) -> tuple
 
     A loop with sharp corners on the voltage of a pressure valve is what its spool does, held by dry friction, and what
     its linkage does, with play. Play whose contact gives or whose load coasts is a spool with mass that is held. What
-    stops a position's reading alone, while the piston goes on, is its sensor's range.
+    stops a position's reading alone, while the piston goes on, is its sensor's range. Several plays that all of a
+    voltage goes through are a linkage of several joints.
     """
-    if channel is Channel.POSITION:
-        behind = {e.name for e in path.effects if e.at is Attachment.OUTPUT}
-        return tuple(("saturation",) if name == "overflow" and name in behind else () for name in added)
-    if channel is not Channel.PRESSURE or "friction" in added:
-        return tuple(() for _ in added)
-    return tuple(_others(path.effect(name)) if name in _LOOPS else () for name in added)
+    return tuple(_names(path.effect(name), added, channel) for name in added)
+
+
+def _names(effect: EffectSpec, added: tuple[str, ...], channel: Channel) -> tuple[str, ...]:
+    if channel is Channel.POSITION and effect.name == "overflow" and effect.at is Attachment.OUTPUT:
+        return ("saturation",)
+    if _joints(effect):
+        return ("backlash",)
+    held = channel is Channel.PRESSURE and effect.name in _LOOPS and "friction" not in added
+    return _others(effect) if held else ()
 
 
 def _others(effect: EffectSpec) -> tuple[str, ...]:
@@ -35,6 +40,15 @@ def _others(effect: EffectSpec) -> tuple[str, ...]:
 
 def sharp_loop(effect: EffectSpec) -> bool:
     """Whether a loop of a valve has the corners of a play operator and nothing passes beside it."""
+    return _plays(effect) and effect.parameters.get("spread", 0.0) < _SHARE
+
+
+def _joints(effect: EffectSpec) -> bool:
+    """Whether a loop is that of several play operators, and nothing passes beside it."""
+    return _plays(effect) and effect.parameters.get("spread", 0.0) >= _SHARE
+
+
+def _plays(effect: EffectSpec) -> bool:
     entry = registry()["hysteresis"]
     if effect.name != entry.name:
         return False
