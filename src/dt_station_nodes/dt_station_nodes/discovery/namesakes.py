@@ -19,7 +19,8 @@ def namesakes(path: PathSpec, added: tuple[str, ...], channel: Channel) -> tuple
     stops a position's reading alone, while the piston goes on, is its sensor's range. Several plays that all of a
     voltage goes through are a linkage of several joints.
     """
-    return tuple(_names(path.effect(name), added, channel) for name in added)
+    found = {effect.name: _names(effect, added, channel) for effect in path.effects}
+    return tuple(found.get(name, ()) for name in added)
 
 
 def _names(effect: EffectSpec, added: tuple[str, ...], channel: Channel) -> tuple[str, ...]:
