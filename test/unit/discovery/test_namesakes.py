@@ -37,9 +37,13 @@ def test_a_sharp_loop_of_a_pressure_valve_may_be_its_spools_friction_or_its_link
     assert others(Channel.POSITION, {}) == ((),)
 
 
-@pytest.mark.parametrize("channel", list(Channel))
-def test_several_plays_that_the_whole_voltage_goes_through_may_be_a_linkages_joints(channel: Channel) -> None:
-    assert others(channel, {"spread": 0.9}) == (("backlash",),)
+@pytest.mark.parametrize(
+    ("channel", "also"), [(Channel.PRESSURE, ("backlash", "friction")), (Channel.POSITION, ("backlash",))]
+)
+def test_several_plays_that_the_whole_voltage_goes_through_may_be_a_linkages_joints(
+    channel: Channel, also: tuple[str, ...]
+) -> None:
+    assert others(channel, {"spread": 0.9}) == (also,)
     assert others(channel, {"spread": 0.9, "depth": 0.5}) == ((),)
     assert others(channel, {"spread": 0.9, "bouc_wen": 1.0}) == ((),)
 

@@ -15,7 +15,7 @@ from dt_station_nodes.core.models import ModelSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
-from dt_station_nodes.discovery.unseen import unseen_residual
+from dt_station_nodes.discovery.unseen import shows_only, unseen_residual
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
@@ -47,3 +47,18 @@ def test_a_disturbance_is_foretold_but_for_its_phase(phase_rad: float) -> None:
 def test_any_other_path_is_taken_as_it_is() -> None:
     check, path = problem(1.0), PAPER.paths[Channel.POSITION]
     assert np.array_equal(unseen_residual(check, path), check.residual(path))
+
+
+@pytest.mark.parametrize(("here", "there", "only"), [(0.5, 4.0, True), (4.0, 4.0, False), (0.5, 1.0, False)])
+def test_without_noise_a_trace_of_form_error_is_no_gap(here: float, there: float, only: bool) -> None:
+    """Gaps in multiples of what no one would call one; the noise is a thousandth of that."""
+    run, other = (
+        make_problem(
+            make(Case(shape=shape, seconds=24.0, noise_db=120.0)), PAPER, Channel.POSITION, DiscoverySettings()
+        )
+        for shape in ("sine", "triangle")
+    )
+    shape = np.where(np.arange(len(run.measured)) % 8 < 4, 1.0, -1.0)
+    gap, unseen = here * run.negligible * shape, there * other.negligible * shape
+    assert shows_only(run, other, unseen, gap, 1e-3 * run.negligible) is only
+    assert not shows_only(run, other, None, gap, 1e-3 * run.negligible)

@@ -17,7 +17,7 @@ def namesakes(path: PathSpec, added: tuple[str, ...], channel: Channel) -> tuple
     A loop with sharp corners on the voltage of a pressure valve is what its spool does, held by dry friction, and what
     its linkage does, with play. Play whose contact gives or whose load coasts is a spool with mass that is held. What
     stops a position's reading alone, while the piston goes on, is its sensor's range. Several plays that all of a
-    voltage goes through are a linkage of several joints.
+    voltage goes through are a linkage of several joints, or a spool whose friction yields before it slides.
     """
     found = {effect.name: _names(effect, added, channel) for effect in path.effects}
     return tuple(found.get(name, ()) for name in added)
@@ -27,7 +27,7 @@ def _names(effect: EffectSpec, added: tuple[str, ...], channel: Channel) -> tupl
     if channel is Channel.POSITION and effect.name == "overflow" and effect.at is Attachment.OUTPUT:
         return ("saturation",)
     if _joints(effect):
-        return ("backlash",)
+        return ("backlash", "friction") if channel is Channel.PRESSURE and "friction" not in added else ("backlash",)
     held = channel is Channel.PRESSURE and effect.name in _LOOPS and "friction" not in added
     return _others(effect) if held else ()
 

@@ -49,7 +49,7 @@ def found_only_there(
     if unseen is None:
         return None, ""
     null, sigma = null_and_noise(problem, path, unseen)
-    if not shows_only(unseen, null.unseen, null.fit.residual, sigma):
+    if not shows_only(problem, unseen, null.unseen, null.fit.residual, sigma):
         return None, ""
     channel = problem.channel.value
     there = examine(unseen, path, settings, progress, problem, workers)

@@ -45,6 +45,7 @@ _TOGETHER = (
     ("straight", "centre_v"),
     ("inlet_curvature", "empty"),
     ("closing", "past_zero"),
+    ("second_s", "straight"),
     ("spread", "closes_v"),
     ("way_back", "uneven"),
     ("closes_v", "open_at_v"),

@@ -67,10 +67,11 @@ def _in_phase(check: Problem, path: PathSpec, spec: EffectSpec, phase: str) -> t
     return best if float(np.sum(np.square(best[1]))) < powers[0] else tried[0]
 
 
-def shows_only(check: Problem | None, unseen: Array | None, residual: Array, sigma: float) -> bool:
+def shows_only(problem: Problem, check: Problem, unseen: Array | None, residual: Array, sigma: float) -> bool:
     """Whether a run that no fit has seen shows a gap `unseen` (n,), and the fitted one, of noise `sigma`, none."""
-    if check is None or unseen is None:
+    if unseen is None:
         return False
-    here = float(np.mean(np.square(residual))) / sigma**2
-    there = float(np.mean(np.square(unseen))) / noise_floor(check.measured, unseen, check.noise) ** 2
+    here = float(np.mean(np.square(residual))) / (sigma**2 + problem.negligible**2)
+    noise = noise_floor(check.measured, unseen, check.noise)
+    there = float(np.mean(np.square(unseen))) / (noise**2 + check.negligible**2)
     return here < _QUIET < _LOUD < there

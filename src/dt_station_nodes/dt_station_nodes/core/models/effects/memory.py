@@ -27,8 +27,8 @@ EFFECT = Effect(
         Parameter(
             "slowest_s",
             Quantity.RUN_TIME,
-            "slowest of four time constants",
-            0.1,
+            "slowest of four time constants: what comes sooner is a lag",
+            0.5,
             60.0,
             (1.0, 8.0),
         ),
