@@ -94,12 +94,14 @@ def _two_sided(path: PathSpec, problem: Problem) -> bool:
 def _hardens(path: PathSpec, problem: Problem) -> bool:
     """Whether a spring's cube is felt where the run goes: a linear one is what leaks back, or a pole off zero.
 
-    A pressure's about one that the run never comes near is a curve that bends one way.
+    A pressure's about one that the run never comes near is a curve that bends one way, and one with play that the run
+    takes up on one side alone opens above a level, as a valve does.
     """
     spring = path.effect("cubic_stiffness").parameters
     above, beside = problem.measured - path.rest - spring["centre"], FAR_CENTRE * float(np.ptp(problem.measured))
     near = above.min() - beside <= 0.0 <= above.max() + beside
-    if problem.channel is Channel.PRESSURE and not near:
+    between = spring["play"] > 0.0 and not above.min() < -spring["play"] < spring["play"] < above.max()
+    if problem.channel is Channel.PRESSURE and (between or not near):
         return False
     travel_squared = problem.scales[Quantity.INPUT_PER_OUTPUT] / problem.scales[Quantity.INPUT_PER_OUTPUT_CUBED]
     bent = float(np.mean(problem.measured)) - path.rest - spring["centre"]
