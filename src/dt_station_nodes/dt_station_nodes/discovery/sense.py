@@ -100,8 +100,8 @@ def _hardens(path: PathSpec, problem: Problem) -> bool:
     spring = path.effect("cubic_stiffness").parameters
     above, beside = problem.measured - path.rest - spring["centre"], FAR_CENTRE * float(np.ptp(problem.measured))
     near = above.min() - beside <= 0.0 <= above.max() + beside
-    between = spring["play"] > 0.0 and not above.min() < -spring["play"] < spring["play"] < above.max()
-    if problem.channel is Channel.PRESSURE and (between or not near):
+    sides = min(np.mean(above < -spring["play"]), np.mean(above > spring["play"])) if spring["play"] > 0.0 else 1.0
+    if problem.channel is Channel.PRESSURE and (sides < REACHED or not near):
         return False
     travel_squared = problem.scales[Quantity.INPUT_PER_OUTPUT] / problem.scales[Quantity.INPUT_PER_OUTPUT_CUBED]
     bent = float(np.mean(problem.measured)) - path.rest - spring["centre"]

@@ -85,6 +85,7 @@ EFFECT = Effect(
             1.0,
             (1.0,),
             optional=True,
+            first_on=(Channel.PRESSURE,),
             usual=(1.0,),
         ),
     ),
