@@ -7,7 +7,8 @@ from ..core.models.effects import Attachment, registry
 _SHARE = 0.05  # of a smooth loop, in one that counts as sharp,
 _WHOLE = 0.1  # and how far it may be from letting all of the voltage through
 _LOOPS = ("hysteresis", "backlash")
-_SMOOTH = ("bouc_wen", "closes_v", "bend_per_v")
+_SMOOTH = ("closes_v", "bend_per_v")
+_CORNERED = 4.0  # Bouc-Wen exponent from which a loop turns like a play operator
 _SOFT = ("lag_s", "spread", "coast_s")
 
 
@@ -55,4 +56,5 @@ def _plays(effect: EffectSpec) -> bool:
         return False
     loop = entry.complete(effect.parameters)
     whole = all(abs(loop[name] - entry.parameter(name).neutral) < _WHOLE for name in ("depth", "steepness"))
-    return whole and all(loop[name] < _SHARE for name in _SMOOTH)
+    cornered = loop["bouc_wen"] < _SHARE or loop["sharpness"] > _CORNERED
+    return whole and cornered and all(loop[name] < _SHARE for name in _SMOOTH)

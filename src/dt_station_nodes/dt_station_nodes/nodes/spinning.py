@@ -1,7 +1,9 @@
 """How every node process starts, spins and ends."""
 
 import contextlib
+import os
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -25,6 +27,7 @@ _DRAIN = 3
 _ACKNOWLEDGED_S = 1.0
 _QUIET_S = 0.3
 _ARRIVED_S = 0.02
+_LETS_GO_S = 2.0
 
 
 class Ticker(Protocol):
@@ -149,15 +152,21 @@ def run_node(name: str, factory: Factory, args: Sequence[str] | None = None) -> 
                 print(f"{name}: {error}", file=sys.stderr)
                 status = 2
         else:
+            status = 1
             raise
     finally:
-        _end(node, part, executor)
+        end(node, part, executor, status)
     return status
 
 
-def _end(node: Node | None, part: Part | None, executor: Executor | None) -> None:
+def end(node: Node | None, part: Part | None, executor: Executor | None, status: int) -> None:
+    """Close a node for good. Where the middleware does not let go of it in time, its process ends with `status`."""
     if part is not None:
         part.close()
+    # All that counts is delivered and closed by now: who waits for us must not wait for that.
+    late = threading.Timer(_LETS_GO_S, os._exit, (status,))
+    late.daemon = True
+    late.start()
     with contextlib.suppress(KeyboardInterrupt, Exception):
         if executor is not None and node is not None:
             executor.remove_node(node)
@@ -165,3 +174,4 @@ def _end(node: Node | None, part: Part | None, executor: Executor | None) -> Non
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+    late.cancel()
