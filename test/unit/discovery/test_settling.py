@@ -116,6 +116,6 @@ def test_a_coil_that_its_voltage_warms_is_gain_drift() -> None:
 
 def test_what_forgets_quicker_than_anything_cools_is_left_to_the_stranger() -> None:
     slowest, quickest = registry()["fatigue"].parameter("recovery_s"), registry()["gain_drift"].parameter("heat_s")
-    assert slowest.upper == quickest.lower
+    assert slowest.upper > quickest.lower
     problem = make_problem(derated(0, 1.0), SPEC, Channel.PRESSURE, DiscoverySettings())
     assert heated_drift(problem, add_effect(PATH, PLAIN, {"rate_per_s": -0.01}))["heat_s"] == quickest.lower

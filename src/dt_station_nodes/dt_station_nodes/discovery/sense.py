@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core.channels import Channel
 from ..core.models import PathSpec
-from ..core.models.effects import Attachment, Quantity
+from ..core.models.effects import Attachment, Quantity, registry
 from .problem import Problem
 from .selection import Explanation
 from .terms import AWAY
@@ -20,6 +20,7 @@ WIDEST_LOOP = 0.95  # of the voltage,
 MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
 MOST_DEPTH = 1.15  # share of the voltage through a loop: more turns back against it
 FAR_CENTRE = 0.2  # of the run's range: further beyond it is no middle of a spring
+QUICK_HEAT = 1.02  # times the quickest
 NO_LEAK = 0.01  # of the run's speed per load: so little beside what sags is none
 MOST_UNEVEN = 0.79  # of a loop's two ways: the end of its range
 LARGEST_MODE = 2.9  # beside a path, over that: the voltage of a closed loop shows what its output does
@@ -146,6 +147,12 @@ def _plays(path: PathSpec, problem: Problem) -> bool:
     return play.parameters["half_width"] > LEAST_PLAY * closing
 
 
+def _warms(path: PathSpec, problem: Problem) -> bool:
+    """Whether what heats takes its time: at the quickest that it may be, it is a memory of what was put in."""
+    quickest = registry()["gain_drift"].parameter("heat_s").lower * problem.scales[Quantity.RUN_TIME]
+    return not 0.0 < path.effect("gain_drift").parameters.get("heat_s", 0.0) < QUICK_HEAT * quickest
+
+
 def _slips(path: PathSpec, problem: Problem) -> bool:
     """Whether a spool that breaks away slips a part of the way: one that does not is a play operator, a loop."""
     spool = path.effect("friction").parameters
@@ -179,6 +186,7 @@ _CHECKS: Mapping[str, Callable[[PathSpec, Problem], bool]] = {
     "dead_zone": _laps,
     "extra_lag": _trails,
     "friction": _slips,
+    "gain_drift": _warms,
     "hysteresis": _passes,
     "leakage": _loses,
     "overflow": _limits,

@@ -18,7 +18,7 @@ EFFECT = Effect(
     attachment=Attachment.INPUT,
     parameters=(
         Parameter("loss_per_v", Quantity.RATIO, "loss of gain per volt of past effort", 0.0, 20.0, (0.1, 0.5)),
-        Parameter("recovery_s", Quantity.RUN_TIME, "time in which it forgets", 0.3, 4.0, (1.0, 3.0)),
+        Parameter("recovery_s", Quantity.RUN_TIME, "time in which it forgets", 0.3, 6.0, (1.0, 3.0)),
     ),
     step=_step,
     check="Repeat one step at rising duty and watch its size; look at coil heating and supply sag.",

@@ -138,7 +138,7 @@ EFFECT = Effect(
             "heat_s",
             Quantity.RUN_TIME,
             "time constant of the heating, 0 for none: quicker is no heat",
-            4.0,
+            4.5,
             60.0,
             (),
             optional=True,
