@@ -69,3 +69,12 @@ def test_only_a_mass_on_a_spring_has_stops_about_the_ends_of_its_way(damping: fl
     )
     assert standing == ([1.0] if swings else [0.0])
     assert any(0.008 < limit < 0.012 for limit in limits) is swings
+
+
+def test_a_pressure_that_swings_may_have_a_valve_that_lets_off() -> None:
+    volts = 2.0 + np.sin(1.7 * 0.02 * np.arange(900))
+    path = PathSpec(numerator=[144.0], denominator=[1.0, 6.0, 144.0])
+    run = Run(0.02, {"load_voltage_v": volts, "pressure_pa": volts})
+    spec = ModelSpec(name="valve", paths={Channel.PRESSURE: path})
+    problem = make_problem(run, spec, Channel.PRESSURE, DiscoverySettings())
+    assert stop_starts(problem, path, registry()["overflow"].parameter("standing"), 1.0) == [0.0, 1.0]

@@ -11,6 +11,7 @@ from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelInput, ModelSpec, PlantModel
+from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, discover
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
@@ -62,7 +63,7 @@ def test_a_piston_that_hunts_is_friction_with_its_numbers() -> None:
 
 
 def test_a_soft_bend_and_what_passes_it_are_tried_together() -> None:
-    path, candidate = PAPER.paths[Channel.PRESSURE], Candidate("overflow")
+    path, candidate = PAPER.paths[Channel.PRESSURE], Candidate("overflow", Attachment.OUTPUT)
     problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.PRESSURE, DiscoverySettings())
     plain = add_effect(path, candidate, {"limit": 3e6})
     forms = refinements(problem, plain, candidate, problem.residual(plain))

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..core.channels import Channel
 from ..core.models import PathSpec, real_poles
 from ..core.models.effects import Parameter, Quantity
 from .problem import Problem
@@ -44,7 +45,8 @@ def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: fl
     if not (problem.windows.anchored or swings):
         return [parameter.neutral] if parameter.name == "standing" else [start * unit for start in parameter.starts]
     if parameter.name == "standing":
-        return [1.0] if swings else list(parameter.starts)
+        # A pressure has a valve that lets off rather than an end.
+        return [1.0] if swings and problem.channel is not Channel.PRESSURE else list(parameter.starts)
     low, high = (float(end(problem.measured)) - path.rest for end in (np.min, np.max))
     inwards = np.array([_HISS * problem.noise, *((high - low) * share for share in _INWARDS)])
     if parameter.name == "limit":

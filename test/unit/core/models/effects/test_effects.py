@@ -682,6 +682,18 @@ def test_a_relief_valve_that_is_shut_leaves_its_output_to_recover_in_its_own_tim
     assert np.array_equal(relieved(opening_s=0.1), relieved(opening_s=0.1, closing_s=0.1))
 
 
+def test_what_a_relief_valve_lets_off_is_missing_from_what_feeds_a_path_without_a_store():
+    swings = PathSpec(numerator=[900.0], denominator=[1.0, 9.0, 900.0])  # one volt holds one unit; settles in 10 ms
+    valve = {"limit": 1.5, "weir_s": 0.02, "weir_exponent": 0.5}
+    out = answer("overflow", valve, swings, np.full(500, 2.5), Channel.PRESSURE)[-1]
+    over = out - 1.5
+    assert out + over * 0.01 / 0.02 * (over / 1.5) ** -0.5 == pytest.approx(2.5, rel=1e-4)
+    below = np.full(500, 1.3)
+    free = answer(None, {}, swings, below, Channel.PRESSURE)
+    opened = answer("overflow", {**valve, "limit": 1.1 * free.max()}, swings, below, Channel.PRESSURE)
+    np.testing.assert_allclose(opened, free, rtol=1e-9)
+
+
 def test_a_piston_goes_no_further_than_its_two_ends():
     out = answer("overflow", {"limit": 0.05, "lower_limit": -0.02}, INTEGRATOR)
     assert out.max() == pytest.approx(0.05)

@@ -20,6 +20,8 @@ FED_BACK = [
     (Channel.PRESSURE, SWINGING, "cubic_stiffness", {"coefficient": 0.1}),
     (Channel.PRESSURE, SWINGING, "load_dependent_gain", {"per_load": 0.05}),
     (Channel.PRESSURE, SWINGING, "trapped_air", {"softness_s": 0.1, "stiffening": 0.5}),
+    (Channel.PRESSURE, SWINGING, "overflow", {"limit": 1.0, "weir_s": 0.02}),
+    (Channel.PRESSURE, SWINGING, "overflow", {"limit": 1.0, "weir_s": 0.02, "opening_s": 0.03}),
     (Channel.PRESSURE, LAG, "leakage", {"coefficient": 2.0, "base": 1.0}),
     (Channel.PRESSURE, LAG, "cubic_stiffness", {"coefficient": 0.1}),
     (Channel.PRESSURE, LAG, "square_root_outflow", {"curvature": 0.1, "reference": 0.5}),

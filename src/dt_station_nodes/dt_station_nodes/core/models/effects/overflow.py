@@ -16,7 +16,7 @@ from ..compiled import (
     Doubles,
     effect_step,
 )
-from ..relief import relieved
+from ..relief import let_off, relieved
 from ..stops import cushioned, kept
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
@@ -36,8 +36,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         value -= lost / c[STATIC_GAIN]
         c[INJECTION] += spill * lost * c[OUTLET_RATE]
     if c[OUTLET_RATE] == 0.0 and c[STATIC_GAIN] != 0.0 and p[10] == 0.0:
-        # No store at all but a mass on a spring: only where it stands still at a stop has it an end there.
-        return value
+        # No store at all: what a valve lets off is missing from what feeds the path.
+        return let_off(p, s, value, c)
     if c[OUTLET_RATE] == 0.0 and p[15] > 0.0:
         return cushioned(p, value, c)
     if c[INJECTION_GAIN] > 0.0:
@@ -83,7 +83,8 @@ EFFECT = Effect(
         Parameter(
             "weir_s",
             Quantity.TIME,
-            "time in which what stands above the limit, were it as high as the limit, runs off; 0: at once",
+            "time in which what stands above the limit, were it as high as the limit, runs off; 0: at once, or never "
+            "where no store holds it",
             0.0,
             10.0,
             (0.0, 0.05),
@@ -93,7 +94,7 @@ EFFECT = Effect(
         Parameter(
             "weir_exponent",
             Quantity.RATIO,
-            "exponent of that height, 1.5 for a weir",
+            "exponent of that height, 1.5 for a weir, 0.5 for an orifice",
             0.5,
             2.5,
             (1.3,),
@@ -108,11 +109,12 @@ EFFECT = Effect(
             0.9,
             (0.0, 0.1),
             optional=True,
+            at=Attachment.OUTPUT,
         ),
         Parameter(
             "opening_s",
             Quantity.TIME,
-            "time constant with which a relief valve opens and closes; at the output only",
+            "time constant with which a relief valve opens and closes; at the output or of a path without a store",
             0.0,
             0.5,
             (0.02,),
@@ -126,6 +128,7 @@ EFFECT = Effect(
             0.5,
             (0.1,),
             optional=True,
+            at=Attachment.OUTPUT,
         ),
         Parameter(
             "lower_limit",
@@ -182,6 +185,7 @@ EFFECT = Effect(
             neutral=1.0,
             optional=True,
             channels=(Channel.PRESSURE,),
+            at=Attachment.OUTPUT,
         ),
         Parameter(
             "closing_s",
@@ -192,6 +196,7 @@ EFFECT = Effect(
             (0.1,),
             optional=True,
             channels=(Channel.PRESSURE,),
+            at=Attachment.OUTPUT,
         ),
         Parameter(
             "cushion_s",
