@@ -218,4 +218,6 @@ def test_a_second_tone_is_another_one_and_what_swells_does_so_again(problem: Pro
         swell = {**tone, "swell": 0.5, "swell_hz": turns * per_run_hz}
         for parameters in (second, swell):
             assert sensible(as_it_is(problem, "periodic_disturbance", parameters), problem) is sense
+        modulated = {**swell, "modulation_rad": 1.0, "modulation_hz": (turns - 0.4) * per_run_hz}
+        assert sensible(as_it_is(problem, "periodic_disturbance", modulated), problem) is sense
     assert sensible(as_it_is(problem, "periodic_disturbance", tone), problem)

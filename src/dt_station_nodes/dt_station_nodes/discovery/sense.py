@@ -15,6 +15,7 @@ MOST_DAMPED = 0.42
 RINGING = 0.25  # damping up to which a mode rings however little it carries;
 LEAST_PEAK = 0.75  # one of more has to carry so much at its frequency, of what the path lets pass
 FEWEST_TURNS = 1.5  # in a run, of what swells or by which two tones come apart: less is one tone that grows or fades
+PART_OF_TURN = 0.4  # the same of a frequency that swings
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
 WIDEST_LOOP = 0.95  # of the voltage,
 MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
@@ -40,10 +41,15 @@ MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of
 
 
 def _regular(path: PathSpec, problem: Problem) -> bool:
-    """Whether an oscillation's second tone is another one, and its swelling comes again within the run."""
+    """Whether an oscillation's second tone is another one, and its swelling comes again within the run.
+
+    One whose frequency swings is a machine whose speed does; a part of such a swing in the run shows it.
+    """
     wave = path.effect("periodic_disturbance").parameters
     apart_hz = abs(wave["second_hz"] - wave["frequency_hz"]) if wave["second_share"] != 0.0 else np.inf
     swell_hz = wave["swell_hz"] if wave["swell"] != 0.0 else np.inf
+    if wave.get("modulation_rad", 0.0) != 0.0:
+        return min(swell_hz, wave["modulation_hz"]) * problem.length_s >= PART_OF_TURN
     return min(apart_hz, swell_hz) * problem.length_s >= FEWEST_TURNS
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from ..core.models import EffectSpec, PathSpec
 from .bursts import burst_start_s, bursts
 from .gain_steps import gain_steps
+from .modulation import modulation, swing_phase_rad
 from .problem import Problem
 from .spectrum import spectral_peaks
 from .terms import Hypothesis, Term
@@ -52,7 +53,7 @@ def seen_timing(problem: Problem, path: PathSpec, name: str, nominal: Sequence[T
     if spec is None:
         return {}
     if name == PERIODIC:
-        ways = (_second_tone(problem, path, spec), _swell(problem, path, spec), _bursts(problem, path, spec))
+        ways = [way(problem, path, spec) for way in (_second_tone, _swell, _bursts, _modulated)]
         return min((way for way in ways if way), key=lambda way: _left(problem, path, spec, way), default={})
     if name == DELAY and spec.parameters["delay_s"] > 0.0:
         return _wander(problem, path, spec)
@@ -91,6 +92,24 @@ def _left(problem: Problem, path: PathSpec, spec: EffectSpec, numbers: dict[str,
     )
     size = np.linalg.lstsq(columns, bare, rcond=None)[0]
     return float(np.sum(np.square(bare - columns @ size)))
+
+
+def _modulated(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
+    """How an oscillation's frequency swings, and its amplitude beside; its size and phase by least squares."""
+    bare = problem.residual(without(path, spec.name))
+    found = modulation(bare, problem.simulator.sample_time_s, spec.parameters["frequency_hz"])
+    if found is None:
+        return {}
+    swing, swell = found.phase, found.amplitude
+    numbers = {"frequency_hz": found.frequency_hz, "modulation_rad": swing.size, "modulation_hz": swing.frequency_hz}
+    numbers["modulation_phase_rad"] = swing.phase_rad
+    if swell is not None:
+        numbers |= {"swell": swell.size, "swell_hz": swell.frequency_hz, "swell_rad": swell.phase_rad}
+    turned = (with_numbers(path, spec, {**numbers, "phase_rad": phase}) for phase in (0.0, 0.5 * math.pi))
+    columns = np.column_stack([bare - problem.residual(one) for one in turned])
+    size = np.linalg.lstsq(columns, bare, rcond=None)[0]
+    amplitude = spec.parameters["amplitude"] * float(np.hypot(*size))
+    return {**numbers, "amplitude": amplitude, "phase_rad": math.atan2(size[1], size[0])}
 
 
 def _bursts(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
@@ -154,3 +173,12 @@ def begun(problem: Problem, path: PathSpec, spec: EffectSpec) -> float:
     residual = problem.residual(without(path, spec.name))
     step_s = problem.simulator.sample_time_s
     return burst_start_s(residual, step_s, numbers["frequency_hz"], numbers["burst_period_s"], numbers["burst_share"])
+
+
+def swung(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
+    """The phase with which a fitted disturbance's frequency swings in a run, which no other run foretells."""
+    numbers = spec.parameters
+    residual = problem.residual(without(path, spec.name))
+    step_s = problem.simulator.sample_time_s
+    phase_rad = swing_phase_rad(residual, step_s, numbers["frequency_hz"], numbers["modulation_hz"])
+    return {"modulation_phase_rad": phase_rad}

@@ -7,13 +7,14 @@ from ..core.models import EffectSpec, PathSpec
 from .beginnings import begun_anywhere, loop_of
 from .noise import noise_floor
 from .problem import Problem
-from .timing import DELAY, PERIODIC, begun, with_numbers
+from .timing import DELAY, PERIODIC, begun, swung, with_numbers
 
 Array = NDArray[np.float64]
 
 # Effects of which a phase is chance, with its name and that of the size of what has it.
 _CHANCE = (
     (PERIODIC, "phase_rad", "amplitude"),
+    (PERIODIC, "modulation_phase_rad", "modulation_rad"),
     (PERIODIC, "second_rad", "second_share"),
     (PERIODIC, "swell_rad", "swell"),
     (DELAY, "wander_rad", "wander"),
@@ -27,12 +28,16 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
     """The residual (n,) of a path on a run it was not fitted to.
 
     A disturbance from outside goes on between runs: its frequency and shape are foretold, its phase is not. Nor is when
-    its bursts begin, the phase of a second tone or of a delay that wanders, or where in its gap a linkage begins.
+    its bursts begin, the phase of a second tone, of its frequency's swing or of a delay that wanders, or where in its
+    gap a linkage begins.
     """
     residual = None
     loop = loop_of(path)
     if loop is not None:
         path, residual = begun_anywhere(check, path, loop)
+    swinging = _with_chance(path, PERIODIC, "modulation_rad")
+    if swinging is not None:
+        path = with_numbers(path, swinging, swung(check, path, swinging))
     for name, phase, size in _CHANCE:
         spec = _with_chance(path, name, size)
         if spec is not None:

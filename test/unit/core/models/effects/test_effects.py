@@ -568,6 +568,14 @@ def test_an_oscillation_swells_and_sinks():
     assert np.allclose(out, plain * (1.0 + 0.7 * np.sin(2 * math.pi * 0.3 * TIME[1:] + 1.0)))
 
 
+def test_the_frequency_of_an_oscillation_goes_up_and_down():
+    sine = {"amplitude": 0.2, "frequency_hz": 3.0, "phase_rad": 0.4}
+    swing = {"modulation_rad": 1.3, "modulation_hz": 0.2, "modulation_phase_rad": 0.9}
+    out = answer("periodic_disturbance", {**sine, **swing}, voltage=0 * TIME)
+    phase = 2 * math.pi * 3.0 * TIME[1:] + 0.4 + 1.3 * np.sin(2 * math.pi * 0.2 * TIME[1:] + 0.9)
+    assert np.allclose(out, 0.2 * np.sin(phase))
+
+
 @pytest.mark.parametrize("share", [0.5, 0.3, -0.4])
 def test_what_pushes_one_way_does_so_about_the_crest_of_its_sine(share):
     sine = {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}

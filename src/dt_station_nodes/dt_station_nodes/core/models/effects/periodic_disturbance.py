@@ -1,6 +1,7 @@
 """Periodic disturbance: something outside the model shakes the output at one frequency or two, always or in bursts.
 
-What pushes one way only, as a pump's pistons do, is a half sine in each period.
+What pushes one way only, as a pump's pistons do, is a half sine in each period. A machine whose speed goes up and down
+slowly modulates its frequency.
 """
 
 import math
@@ -15,6 +16,8 @@ _EDGE = 0.02  # of a period of bursts: what it takes to come on, and to go off
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     angle = 2.0 * math.pi * p[1] * (c[TIME] + c[SUBSTEP]) + p[2]
+    if p[17] != 0.0:
+        angle += p[17] * math.sin(2.0 * math.pi * p[18] * (c[TIME] + c[SUBSTEP]) + p[19])
     sine, cosine = math.sin(angle), math.cos(angle)
     twice = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
     wave = sine + p[3] * twice[0] + p[4] * twice[1]
@@ -84,10 +87,23 @@ EFFECT = Effect(
             optional=True,
             apart=True,
         ),
+        Parameter(
+            "modulation_rad",
+            Quantity.ANGLE,
+            "by how much its phase swings as its frequency goes up and down: the modulation index",
+            0.0,
+            12.0,
+            (),
+            optional=True,
+        ),
+        Parameter("modulation_hz", Quantity.FREQUENCY, "how often it does", 0.005, 5.0, (), 0.0, True),
+        Parameter(
+            "modulation_phase_rad", Quantity.ANGLE, "its phase at the start of the run", -7.0, 7.0, (), 0.0, True
+        ),
     ),
     step=_step,
     check="Look for pump ripple, mains hum or a neighbouring machine at this frequency; log with the valve unpowered.",
-    source="additive sinusoid",
+    source="additive sinusoid; modulated: Randall, Vibration-based Condition Monitoring (2011), 2.2",
     also=on_both(Attachment.INPUT),
     apart_at=Attachment.INPUT,
 )

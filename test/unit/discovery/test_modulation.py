@@ -1,0 +1,73 @@
+"""How an oscillation's frequency and amplitude swing, read off what a run leaves."""
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import PathSimulator
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import DiscoverySettings
+from dt_station_nodes.discovery.channel import examine
+from dt_station_nodes.discovery.modulation import modulation, swing_phase_rad
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.result import Verdict
+
+from .valves import BARE, SPEC, TIME_S, WAVES
+
+STEP_S = 0.02
+CARRIER_HZ, INDEX_RAD, SWING_HZ = 2.6, 1.4, 0.06
+SWELL, SWELL_HZ = 0.3, 0.09
+SHORT, NOISE = 800, 0.01  # samples; of the pressure
+
+
+def carried(size: float, turn_rad: float, swell: float = SWELL, index_rad: float = INDEX_RAD) -> np.ndarray:
+    """A tone (n,) whose frequency swings and whose amplitude swells."""
+    swing = index_rad * np.sin(2.0 * np.pi * SWING_HZ * TIME_S + turn_rad)
+    envelope = size * (1.0 + swell * np.sin(2.0 * np.pi * SWELL_HZ * TIME_S - turn_rad))
+    return envelope * np.sin(2.0 * np.pi * CARRIER_HZ * TIME_S + 2.0 * turn_rad + swing)
+
+
+def noisy(size: float, seed: int = 4) -> np.ndarray:
+    return size * np.random.default_rng(seed).standard_normal(TIME_S.size)
+
+
+@pytest.mark.parametrize("seen_hz", [CARRIER_HZ, CARRIER_HZ + SWING_HZ])
+def test_a_swing_is_seen_from_about_its_carrier(seen_hz: float) -> None:
+    residual = carried(1.0, 0.7) + noisy(0.1)
+    residual[:40] = 0.0
+    found = modulation(residual, STEP_S, seen_hz)
+    assert found is not None
+    assert found.frequency_hz == pytest.approx(CARRIER_HZ, abs=5e-3)
+    assert found.phase.size == pytest.approx(INDEX_RAD, rel=0.05)
+    assert found.phase.frequency_hz == pytest.approx(SWING_HZ, rel=0.05)
+    assert found.amplitude is not None
+    assert found.amplitude.size == pytest.approx(SWELL, rel=0.15)
+    assert swing_phase_rad(residual, STEP_S, CARRIER_HZ, SWING_HZ) == pytest.approx(0.7, abs=0.05)
+
+
+def test_a_steady_tone_does_not_swing_nor_does_what_is_too_slow_to_tell() -> None:
+    steady = carried(1.0, 0.7, 0.0, 0.0)
+    assert modulation(steady + noisy(0.1), STEP_S, CARRIER_HZ) is None
+    assert modulation(steady, STEP_S, 0.1) is None
+    assert swing_phase_rad(steady, STEP_S, 0.1, SWING_HZ) == 0.0
+    swings = modulation(carried(1.0, 0.7, 0.0), STEP_S, CARRIER_HZ)
+    assert swings is not None
+    assert swings.amplitude is None
+
+
+def problem(wave: int, turn_rad: float) -> Problem:
+    volts = 2.2 + 1.2 * WAVES[wave][:SHORT]
+    pressure = PathSimulator(Channel.PRESSURE, STEP_S, volts, np.zeros(0), 1e6, 1e6).simulate(BARE)
+    size = float(np.std(pressure))
+    pressure += carried(0.08 * size, turn_rad)[:SHORT] + noisy(NOISE * size, wave)[:SHORT]
+    run = Run(STEP_S, {"load_voltage_v": volts, "pressure_pa": pressure})
+    return make_problem(run, SPEC, Channel.PRESSURE, DiscoverySettings())
+
+
+def test_a_machine_whose_speed_goes_up_and_down_is_a_disturbance_in_another_phase_each_run() -> None:
+    found = examine(problem(0, 0.7), BARE, DiscoverySettings(), check=problem(1, 2.9))
+    assert (found.verdict, found.best.added) == (Verdict.NAMED, ("periodic_disturbance",))
+    numbers = found.best.fit.path.effect("periodic_disturbance").parameters
+    assert numbers["modulation_rad"] == pytest.approx(INDEX_RAD, rel=0.05)
+    assert numbers["frequency_hz"] == pytest.approx(CARRIER_HZ, abs=2e-3)
+    assert float(np.std(found.best.fit.residual)) < 1.1 * NOISE * float(np.std(found.problem.measured))
