@@ -53,15 +53,23 @@ def modulation(residual: Array, sample_time_s: float, frequency_hz: float) -> Mo
     return Modulation(frequency_hz + slope / (2.0 * np.pi), swing, found)
 
 
-def swing_phase_rad(residual: Array, sample_time_s: float, frequency_hz: float, modulation_hz: float) -> float:
-    """Phase at the start of a run of the known swing of an oscillation's phase, in what the run leaves (n,) of it."""
+def swing_phases_rad(
+    residual: Array, sample_time_s: float, frequency_hz: float, modulation_hz: float, swell_hz: float
+) -> tuple[float, float]:
+    """Phases at the start of a run of the known swings of an oscillation's phase and amplitude, in a residual (n,)."""
     time_s, envelope = _envelope(residual, sample_time_s, frequency_hz)
     if len(envelope) == 0:
-        return 0.0
-    angle = 2.0 * np.pi * modulation_hz * time_s
-    weights = np.abs(envelope)
+        return 0.0, 0.0
+    size: Array = np.asarray(np.abs(envelope), dtype=np.float64)
+    turns = np.unwrap(np.angle(envelope))
+    return _phase_rad(turns, size, modulation_hz * time_s), _phase_rad(size, np.ones(len(size)), swell_hz * time_s)
+
+
+def _phase_rad(values: Array, weights: Array, turns: Array) -> float:
+    """Phase of a sine of known `turns` (n,) in values (n,), beside a constant."""
+    angle = 2.0 * np.pi * turns
     columns = np.stack([np.sin(angle), np.cos(angle), np.ones_like(angle)], axis=1) * weights[:, None]
-    sine, cosine, _ = np.linalg.lstsq(columns, np.unwrap(np.angle(envelope)) * weights, rcond=None)[0]
+    sine, cosine, _ = np.linalg.lstsq(columns, values * weights, rcond=None)[0]
     return float(np.arctan2(cosine, sine))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from ..core.models import EffectSpec, PathSpec
 from .bursts import burst_start_s, bursts
 from .gain_steps import gain_steps
-from .modulation import modulation, swing_phase_rad
+from .modulation import modulation, swing_phases_rad
 from .problem import Problem
 from .spectrum import spectral_peaks
 from .terms import Hypothesis, Term
@@ -176,9 +176,9 @@ def begun(problem: Problem, path: PathSpec, spec: EffectSpec) -> float:
 
 
 def swung(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
-    """The phase with which a fitted disturbance's frequency swings in a run, which no other run foretells."""
+    """The phases with which a fitted disturbance's frequency and amplitude swing in a run: no other foretells them."""
     numbers = spec.parameters
     residual = problem.residual(without(path, spec.name))
-    step_s = problem.simulator.sample_time_s
-    phase_rad = swing_phase_rad(residual, step_s, numbers["frequency_hz"], numbers["modulation_hz"])
-    return {"modulation_phase_rad": phase_rad}
+    rates_hz = (numbers[name] for name in ("frequency_hz", "modulation_hz", "swell_hz"))
+    swing, swell = swing_phases_rad(residual, problem.simulator.sample_time_s, *rates_hz)
+    return {"modulation_phase_rad": swing, "swell_rad": swell}

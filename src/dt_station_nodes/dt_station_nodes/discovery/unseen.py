@@ -14,11 +14,14 @@ Array = NDArray[np.float64]
 # Effects of which a phase is chance, with its name and that of the size of what has it.
 _CHANCE = (
     (PERIODIC, "phase_rad", "amplitude"),
-    (PERIODIC, "modulation_phase_rad", "modulation_rad"),
     (PERIODIC, "second_rad", "second_share"),
     (PERIODIC, "swell_rad", "swell"),
     (DELAY, "wander_rad", "wander"),
 )
+# Phases of a disturbance whose frequency swings, steps of Gauss's and Newton's for them, a difference's turn (rad).
+_PHASES = ("phase_rad", "modulation_phase_rad", "swell_rad")
+_STEPS = 3
+_TURN = 1e-3
 # Mean square of a residual over the noise's: of one that says nothing, and of one that says much.
 _QUIET = 1.3
 _LOUD = 2.5
@@ -37,7 +40,7 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
         path, residual = begun_anywhere(check, path, loop)
     swinging = _with_chance(path, PERIODIC, "modulation_rad")
     if swinging is not None:
-        path = with_numbers(path, swinging, swung(check, path, swinging))
+        return _in_phases(check, path, swinging)
     for name, phase, size in _CHANCE:
         spec = _with_chance(path, name, size)
         if spec is not None:
@@ -70,6 +73,26 @@ def _in_phase(check: Problem, path: PathSpec, spec: EffectSpec, phase: str) -> t
     cosine, sine = (float(powers @ f(turns)) for f in (np.cos, np.sin))
     best = at(float(np.arctan2(-sine, -cosine)))
     return best if float(np.sum(np.square(best[1]))) < powers[0] else tried[0]
+
+
+def _in_phases(check: Problem, path: PathSpec, spec: EffectSpec) -> Array:
+    """What a disturbance whose frequency swings leaves of another run (n,), all its phases as they are there."""
+    spec = EffectSpec.model_construct(
+        name=spec.name, at=spec.at, parameters={**spec.parameters, **swung(check, path, spec)}
+    )
+    path, best = _in_phase(check, with_numbers(path, path.effect(spec.name), spec.parameters), spec, "phase_rad")
+    for _ in range(_STEPS):
+        now = path.effect(spec.name)
+        moved = [check.residual(with_numbers(path, now, {name: now.parameters[name] + _TURN})) for name in _PHASES]
+        slopes = np.column_stack([residual - best for residual in moved]) / _TURN
+        turns = np.linalg.lstsq(slopes, -best, rcond=None)[0]
+        numbers = {name: now.parameters[name] + float(turn) for name, turn in zip(_PHASES, turns, strict=True)}
+        there = with_numbers(path, now, numbers)
+        residual = check.residual(there)
+        if float(residual @ residual) >= float(best @ best):
+            break
+        path, best = there, residual
+    return best
 
 
 def shows_only(problem: Problem, check: Problem, unseen: Array | None, residual: Array, sigma: float) -> bool:
