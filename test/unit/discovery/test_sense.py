@@ -82,8 +82,8 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
         ("overflow", {"limit": 0.01}, {"limit": 0.01, "opening_s": 0.4}),
         (
             "gain_drift",
-            {"rate_per_s": 0.0, "heat_per_v": -0.01, "heat_s": 8.0},
-            {"rate_per_s": 0.0, "heat_per_v": -0.01, "heat_s": 4.5},
+            {"rate_per_s": 0.0, "heat_per_v2": -0.01, "heat_s": 8.0},
+            {"rate_per_s": 0.0, "heat_per_v2": -0.01, "heat_s": 4.5},
         ),
         (
             "cubic_stiffness",

@@ -3,13 +3,14 @@
 import math
 
 from ..compiled import SUBSTEP, Doubles, effect_step
+from ..heat import by_heat
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     s[0] += (abs(value) - s[0]) * (1.0 - math.exp(-c[SUBSTEP] / max(p[1], 1e-3)))
-    return value / (1.0 + p[0] * s[0])
+    return value * by_heat(-p[0] * s[0], p[2])
 
 
 EFFECT = Effect(
@@ -18,7 +19,18 @@ EFFECT = Effect(
     attachment=Attachment.INPUT,
     parameters=(
         Parameter("loss_per_v", Quantity.RATIO, "loss of gain per volt of past effort", 0.0, 20.0, (0.1, 0.5)),
-        Parameter("recovery_s", Quantity.RUN_TIME, "time in which it forgets", 0.3, 6.0, (1.0, 3.0)),
+        Parameter("recovery_s", Quantity.RUN_TIME, "time in which it forgets", 0.3, 15.0, (1.0, 3.0, 9.0)),
+        Parameter(
+            "bend",
+            Quantity.RATIO,
+            "-1: the gain goes as one over a line of past effort, 0: exponentially, 1: along a line",
+            -1.0,
+            1.0,
+            (0.8,),
+            neutral=-1.0,
+            optional=True,
+            usual=(1.0,),
+        ),
     ),
     step=_step,
     check="Repeat one step at rising duty and watch its size; look at coil heating and supply sag.",

@@ -6,6 +6,7 @@ from numba import njit
 
 from ...channels import Channel
 from ..compiled import OUTPUT_REST, STAGE, SUBSTEP, TIME, Doubles, effect_step
+from ..heat import by_heat
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -13,14 +14,6 @@ from .effect import Attachment, Effect, Parameter, Quantity
 def _past(c: Doubles, time_s: float) -> float:
     """Share of the sub-step after a time."""
     return min(max((c[TIME] + c[SUBSTEP] - time_s) / c[SUBSTEP], 0.0), 1.0)
-
-
-@njit(cache=True)
-def _warm(heat: float, bend: float) -> float:
-    """Gain by heat: linear in it (bend 1), one over such a line (-1), as a coil's, or exponential (0), as oil's."""
-    if abs(bend) < 1e-3:
-        return math.exp(heat)
-    return math.exp(math.log(max(1.0 + bend * heat, 0.02)) / bend)
 
 
 @effect_step
@@ -33,11 +26,10 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     stepped = p[7] * _past(c, p[8]) + p[9] * _past(c, p[10])
     turn = 2.0 * math.pi * age / p[5] if p[5] > 0.0 else 0.0
     more = stepped + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn)
-    if p[13] > 0.0:
-        closer = -math.expm1(-c[SUBSTEP] / p[13])
-        s[1] += (abs(value) - s[1]) * closer
-        s[2] += (value * value - s[2]) * closer
-        more += (1.0 + more) * (_warm(p[11] * s[1] + p[12] * s[2], p[14]) - 1.0)
+    if p[12] > 0.0:
+        closer = -math.expm1(-c[SUBSTEP] / p[12])
+        s[1] += (value * value - s[1]) * closer
+        more += (1.0 + more) * (by_heat(p[11] * s[1], p[13]) - 1.0)
     # A sensor reads all of what it measures by its gain, the rest value too.
     all_of_it = value + c[OUTPUT_REST] if c[STAGE] == 2.0 else value
     return value + more * all_of_it
@@ -49,10 +41,6 @@ def _jump(which: str, meaning: str) -> tuple[Parameter, Parameter]:
         Parameter(name, Quantity.RATIO, meaning, -1.0, 2.0, (), optional=True, acts_alone=True),
         Parameter(f"{name}_s", Quantity.RUN_TIME, "time of the run at which it comes", 0.0, 3600.0, (), optional=True),
     )
-
-
-def _heat(name: str, quantity: Quantity, meaning: str) -> Parameter:
-    return Parameter(name, quantity, meaning, -1.0, 1.0, (), optional=True, acts_alone=True, at=Attachment.INPUT)
 
 
 EFFECT = Effect(
@@ -132,8 +120,17 @@ EFFECT = Effect(
         ),
         *_jump("", "a step of the gain, as of a supply that drops: relative to the gain at the start"),
         *_jump("second_", "another step"),
-        _heat("heat_per_v", Quantity.PER_SIGNAL, "change of the gain's logarithm by heat, per volt of its recent size"),
-        _heat("heat_per_v2", Quantity.PER_SIGNAL_SQUARED, "the same, per square of the recent voltage, as of a coil"),
+        Parameter(
+            "heat_per_v2",
+            Quantity.PER_SIGNAL_SQUARED,
+            "change of the gain's logarithm by heat, per square of the recent voltage: losses of a coil or a motor",
+            -1.0,
+            1.0,
+            (),
+            optional=True,
+            acts_alone=True,
+            at=Attachment.INPUT,
+        ),
         Parameter(
             "heat_s",
             Quantity.RUN_TIME,
@@ -159,8 +156,8 @@ EFFECT = Effect(
     step=_step,
     check="Repeat one step every minute from a cold start; log oil temperature and supply pressure; "
     "hold the sensor against another.",
-    source="oil viscosity and temperature: Merritt (1967), 1.2; a coil or a pump warms with what it is made to do, "
-    "by first order in its losses",
-    state_size=3,
+    source="oil viscosity and temperature: Merritt (1967), 1.2; a coil or a motor warms by first order in its "
+    "losses, which go with the square of what it is given",
+    state_size=2,
     also={Channel.PRESSURE: (Attachment.OUTPUT,)},
 )
