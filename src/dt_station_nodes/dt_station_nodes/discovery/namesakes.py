@@ -5,7 +5,8 @@ from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, registry
 
 _SHARE = 0.05  # of a smooth loop, in one that counts as sharp,
-_WHOLE = 0.1  # and how far it may be from letting all of the voltage through
+_WHOLE = 0.1  # and how far several may be from letting all of the voltage through;
+_GIVE = 0.4  # a linkage that gives lets so much pass beside its play
 _LOOPS = ("hysteresis", "backlash")
 _SMOOTH = ("closes_v", "bend_per_v")
 _CORNERED = 4.0  # Bouc-Wen exponent from which a loop turns like a play operator
@@ -41,20 +42,20 @@ def _others(effect: EffectSpec) -> tuple[str, ...]:
 
 
 def sharp_loop(effect: EffectSpec) -> bool:
-    """Whether a loop of a valve has the corners of a play operator and nothing passes beside it."""
-    return _plays(effect) and effect.parameters.get("spread", 0.0) < _SHARE
+    """Whether a loop has the corners of a play operator and little passes beside it."""
+    return _plays(effect, _GIVE) and effect.parameters.get("spread", 0.0) < _SHARE
 
 
 def _joints(effect: EffectSpec) -> bool:
     """Whether a loop is that of several play operators, and nothing passes beside it."""
-    return _plays(effect) and effect.parameters.get("spread", 0.0) >= _SHARE
+    return _plays(effect, _WHOLE) and effect.parameters.get("spread", 0.0) >= _SHARE
 
 
-def _plays(effect: EffectSpec) -> bool:
+def _plays(effect: EffectSpec, beside: float) -> bool:
     entry = registry()["hysteresis"]
     if effect.name != entry.name:
         return False
     loop = entry.complete(effect.parameters)
-    whole = all(abs(loop[name] - entry.parameter(name).neutral) < _WHOLE for name in ("depth", "steepness"))
+    whole = abs(loop["steepness"] - 1.0) < _WHOLE and -beside <= loop["depth"] - 1.0 < _WHOLE
     cornered = loop["bouc_wen"] < _SHARE or loop["sharpness"] > _CORNERED
     return whole and cornered and all(loop[name] < _SHARE for name in _SMOOTH)

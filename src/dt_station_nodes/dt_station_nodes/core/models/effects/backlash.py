@@ -45,7 +45,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     wide = _carried(s, _WIDE, value, p[0] * (1.0 + p[2]), p, c)
     narrow = _carried(s, _NARROW, value, p[0] * (1.0 - p[2]), p, c)
     s[_BEFORE] = value
-    return 0.5 * (wide + narrow)
+    return p[5] * value + (1.0 - p[5]) * 0.5 * (wide + narrow)
 
 
 EFFECT = Effect(
@@ -83,6 +83,15 @@ EFFECT = Effect(
             optional=True,
         ),
         begins(Quantity.SIGNAL),
+        Parameter(
+            "give",
+            Quantity.RATIO,
+            "share of a move that gets through while the gap is open, as of a compliant linkage",
+            0.0,
+            0.4,
+            (0.1,),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Hold the actuator and move the load by hand or dial gauge; look at pins, couplings and sensor mounting.",
