@@ -121,12 +121,19 @@ def test_a_leak_loses_pressure(run: Run) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     assert sensible(as_it_is(pressure, "leakage", {"coefficient": 0.1}), pressure)
     assert not sensible(as_it_is(pressure, "leakage", {"coefficient": -0.1}), pressure)
+    assert sensible(as_it_is(pressure, "leakage", {"coefficient": 0.1, "base": 1.0}), pressure)
+    assert not sensible(as_it_is(pressure, "leakage", {"coefficient": 0.1, "base": 2.0}), pressure)
 
 
 def test_a_relief_valve_relieves(run: Run) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     assert sensible(as_it_is(pressure, "overflow", {"limit": 2e6, "override": 0.2}), pressure)
     assert not sensible(as_it_is(pressure, "overflow", {"limit": 2e6, "override": 0.53}), pressure)
+    fed_back = {"limit": 2e6, "weir_s": 0.1, "weir_exponent": 1.5}
+    assert sensible(as_it_is(pressure, "overflow", fed_back), pressure)
+    assert not sensible(as_it_is(pressure, "overflow", {**fed_back, "weir_exponent": 2.0}), pressure)
+    always_open = float(pressure.measured.min()) - PAPER.paths[Channel.PRESSURE].rest - 1e4
+    assert not sensible(as_it_is(pressure, "overflow", {**fed_back, "limit": always_open}), pressure)
 
 
 @pytest.mark.parametrize(("noises", "stops"), [(2.0, True), (6.0, False)])

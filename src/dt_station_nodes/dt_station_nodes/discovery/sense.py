@@ -22,6 +22,8 @@ MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
 MOST_DEPTH = 1.15  # share of the voltage through a loop: more turns back against it
 FAR_CENTRE = 0.2  # of the run's range: further beyond it is no middle of a spring
 QUICK_HEAT = 1.02  # times the quickest
+STEEPEST_VALVE = 1.6  # exponent: an opening in proportion, an orifice's root, and a little
+HIGHEST_BASE = 1.9  # of the rest pressure
 NO_LEAK = 0.01  # of the run's speed per load: so little beside what sags is none
 MOST_UNEVEN = 0.79  # of a loop's two ways: the end of its range
 LARGEST_MODE = 2.9  # beside a path, over that: the voltage of a closed loop shows what its output does
@@ -116,8 +118,13 @@ def _hardens(path: PathSpec, problem: Problem) -> bool:
 
 
 def _loses(path: PathSpec, problem: Problem) -> bool:
-    """Whether a leak lets the pressure fall, slows a piston or lets it creep the way its load pushes it."""
+    """Whether a leak lets the pressure fall, slows a piston or lets it creep the way its load pushes it.
+
+    What lets a pressure rise up to twice where it rests is no leak.
+    """
     leak = path.effect("leakage").parameters
+    if problem.channel is Channel.PRESSURE and leak["base"] > HIGHEST_BASE:
+        return False
     if problem.channel is Channel.PRESSURE or leak["against"] > 0.5:
         sags = leak["sag_per_s"] != 0.0
         least = -NO_LEAK * problem.scales[Quantity.VELOCITY_PER_LOAD] if sags else 0.0
@@ -131,11 +138,14 @@ def _loses(path: PathSpec, problem: Problem) -> bool:
 def _limits(path: PathSpec, problem: Problem) -> bool:
     """Whether an overflow is a piston's stop, seldom overrun and opening for nothing, or a valve that relieves.
 
-    A valve that leaves most of what comes on top is a bend in a curve.
+    A valve that leaves most of what comes on top, is never shut or opens more than in proportion is a bend in a curve.
     """
     stop = path.effect("overflow").parameters
     if not problem.windows.anchored:
-        return stop["override"] <= MOST_OVERRIDE
+        shut = float(np.mean(problem.measured - path.rest < stop["limit"]))
+        valve = shut >= REACHED and stop["weir_exponent"] <= STEEPEST_VALVE
+        opens = problem.channel is not Channel.PRESSURE or valve
+        return stop["override"] <= MOST_OVERRIDE and opens
     beyond = float(np.mean(problem.measured - path.rest > stop["limit"] + HEARD * problem.noise))
     return stop["opening_s"] == 0.0 and stop["reseat"] == 0.0 and beyond <= OFTEN
 
