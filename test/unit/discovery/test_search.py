@@ -120,6 +120,13 @@ def test_the_two_ends_of_a_pistons_way_are_found() -> None:
     assert found["lower_limit"] == pytest.approx(-0.013, abs=1e-3)
 
 
+def test_a_port_that_closes_past_either_end_of_a_pistons_way_is_found() -> None:
+    ends = {"limit": 0.016, "lower_limit": -0.013, "throttling": 0.003}
+    found = best_single(run_with("overflow", ends, 1.5 * np.sin(2.3 * np.arange(900) * 0.02)))
+    assert "overflow" in found
+    assert {name: found[name] for name in ends} == pytest.approx(ends, rel=0.05)
+
+
 def test_a_pistons_stop_may_be_out_of_reach_and_is_no_relief_valve(problem: Problem) -> None:
     path = PAPER.paths[Channel.POSITION]
     stop = Candidate("overflow", apart=True)

@@ -37,6 +37,8 @@ _NOT_BEHIND = (("saturation", "rounding_v"), ("saturation", "passing"))
 _BY_LOAD = ("leakage", "against")
 # A valve that works about a voltage bends from there, softly: sharp limits come nowhere near.
 _ABOUT = ("saturation", Channel.PRESSURE, ("straight", "centre_v"))
+# A port that closes past an end holds no piston there: from a stop no fit leads to it.
+_PORT = ("overflow", Channel.POSITION, ("lower_limit", "throttling"))
 _MOST_PAIRS = 150
 _STOPS = ("limit", "lower_limit", "standing")
 _STORES = ("curvature", "reference", "inlet_curvature")
@@ -107,7 +109,8 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
             found += [Candidate(name, at, also=also) for at in places]
             formed = apart and (name, channel) not in _ONE_FORM and any(_by_itself(p) for p in effect.parameters)
             found += [Candidate(name, effect.apart_at, apart=True)] * formed
-            found += [Candidate(name, also=_ABOUT[2])] * (apart and (name, channel) == _ABOUT[:2])
+            more = (form for *of, form in (_ABOUT, _PORT) if of == [name, channel])
+            found += [Candidate(name, also=form) for form in more if apart]
     return tuple(found)
 
 

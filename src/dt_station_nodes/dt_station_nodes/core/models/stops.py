@@ -1,6 +1,6 @@
-"""The ends of a way: what keeps an output between two limits, at once or through a spring and a damper.
+"""The ends of a way: what keeps an output between two limits, at once, through a spring and a damper or by its port.
 
-Both take the parameters of `effects.overflow` in their order.
+All take the parameters of `effects.overflow` in their order.
 """
 
 from numba import njit
@@ -67,3 +67,11 @@ def cushioned(p: Doubles, value: float, c: Doubles) -> float:
     damping = p[11] * p[15] if inwards != 0.0 else 0.0
     pressed = p[11] * over + damping * inwards
     return value - pressed / (1.0 + 0.5 * (p[11] * c[OUTPUT_GAIN] + damping * c[VELOCITY_GAIN]))
+
+
+@njit(cache=True)
+def throttled(p: Doubles, value: float, c: Doubles) -> float:
+    """What a port that closes past an end leaves of a voltage that drives further out, by its place half-way."""
+    place = halfway(c) - (1.0 - p[12]) * c[LOAD_OUTPUT]
+    past = place - p[0] if value > 0.0 else p[9] - place
+    return value * min(max(1.0 - past / p[16], 0.0), 1.0)

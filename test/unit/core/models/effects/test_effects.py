@@ -727,6 +727,21 @@ def test_where_a_piston_goes_on_from_its_end_moves_as_little_as_the_end():
     assert moved == pytest.approx(float(ends[1] - ends[0]), rel=1e-6)
 
 
+def test_a_port_that_closes_past_an_end_lets_a_piston_come_to_rest_and_back_at_once():
+    voltage = np.where(TIME < 5.0, 1.0, -1.0)
+    port = {"limit": 0.1, "lower_limit": -1.0, "throttling": 0.02}
+    out = answer("overflow", port, INTEGRATOR, voltage)
+    free = answer(None, {}, INTEGRATOR, voltage)
+    inside = free < 0.099
+    before = np.cumprod(inside).astype(bool)
+    np.testing.assert_allclose(out[before], free[before], rtol=1e-9)
+    # Past the limit what drives it falls with the way gone: it closes in on where the port is shut.
+    assert 0.1195 < out[TIME[1:] < 5.0][-1] < 0.1201
+    # The way back is not throttled.
+    back = out[TIME[1:] > 5.5]
+    np.testing.assert_allclose(np.diff(back)[2:], np.diff(free[TIME[1:] > 5.5])[2:], rtol=1e-3)
+
+
 def test_an_end_that_gives_is_pressed_in_by_the_voltage():
     pressed = answer("overflow", {"limit": 0.1, "standing": 1.0, "stiffness": 500.0}, INTEGRATOR, np.full(500, 2.0))
     assert pressed[-1] == pytest.approx(0.1 + 2.0 / 500.0)

@@ -17,7 +17,7 @@ from ..compiled import (
     effect_step,
 )
 from ..relief import let_off, relieved
-from ..stops import cushioned, kept
+from ..stops import cushioned, kept, throttled
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
@@ -40,6 +40,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         return let_off(p, s, value, c)
     if c[OUTLET_RATE] == 0.0 and p[15] > 0.0:
         return cushioned(p, value, c)
+    if p[16] > 0.0:
+        return throttled(p, value, c)
     if c[INJECTION_GAIN] > 0.0:
         value = kept(p, value, c)
     return value
@@ -205,6 +207,16 @@ EFFECT = Effect(
             0.0,
             0.5,
             (0.008, 0.03),
+            optional=True,
+            channels=(Channel.POSITION,),
+        ),
+        Parameter(
+            "throttling",
+            Quantity.OUTPUT,
+            "way past an end over which the port that feeds the motion closes, and what comes on top spills",
+            0.0,
+            0.5,
+            (0.03,),
             optional=True,
             channels=(Channel.POSITION,),
         ),
