@@ -7,10 +7,12 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import PathSimulator
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
+from dt_station_nodes.discovery.candidates import Candidate, add_effect
 from dt_station_nodes.discovery.channel import examine
 from dt_station_nodes.discovery.modulation import modulation, swing_phases_rad
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.result import Verdict
+from dt_station_nodes.discovery.unseen import unseen_residual
 
 from .valves import BARE, SPEC, TIME_S, WAVES
 
@@ -63,6 +65,16 @@ def problem(wave: int, turn_rad: float) -> Problem:
     pressure += carried(SHAKEN_PA, turn_rad)[:SHORT] + noisy(NOISE * size, wave)[:SHORT]
     run = Run(STEP_S, {"load_voltage_v": volts, "pressure_pa": pressure})
     return make_problem(run, SPEC, Channel.PRESSURE, DiscoverySettings())
+
+
+@pytest.mark.parametrize("turn_rad", [-2.0, 0.1, 1.6, 2.9])
+def test_another_run_is_foretold_whatever_its_phases_are(turn_rad: float) -> None:
+    """As fitted on a run in which they were other ones."""
+    tone = {"amplitude": SHAKEN_PA, "frequency_hz": CARRIER_HZ, "phase_rad": 1.4, "swell": SWELL, "swell_hz": SWELL_HZ}
+    swing = {"swell_rad": -0.7, "modulation_rad": INDEX_RAD, "modulation_hz": SWING_HZ, "modulation_phase_rad": 0.7}
+    path = add_effect(BARE, Candidate("periodic_disturbance"), {**tone, **swing})
+    other = problem(1, turn_rad)
+    assert float(np.std(unseen_residual(other, path))) < 1.05 * NOISE * float(np.std(other.measured))
 
 
 def test_a_machine_whose_speed_goes_up_and_down_is_a_disturbance_in_another_phase_each_run() -> None:

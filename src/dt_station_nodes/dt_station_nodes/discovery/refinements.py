@@ -53,6 +53,7 @@ _TOGETHER = (
     ("bend_per_v", "open_at_v"),
     ("presliding", "damping_s"),
     ("stiffness", "cushion_s"),
+    ("lead_s", "stiffening"),
 )
 _BEGIN = (-1.0, 0.0, 1.0)  # places in a loop or a gap
 _COULOMB = np.arange(0.5, 1.06, 0.05)  # of what the plain form took for all of it,

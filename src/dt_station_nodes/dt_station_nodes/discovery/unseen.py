@@ -77,10 +77,8 @@ def _in_phase(check: Problem, path: PathSpec, spec: EffectSpec, phase: str) -> t
 
 def _in_phases(check: Problem, path: PathSpec, spec: EffectSpec) -> Array:
     """What a disturbance whose frequency swings leaves of another run (n,), all its phases as they are there."""
-    spec = EffectSpec.model_construct(
-        name=spec.name, at=spec.at, parameters={**spec.parameters, **swung(check, path, spec)}
-    )
-    path, best = _in_phase(check, with_numbers(path, path.effect(spec.name), spec.parameters), spec, "phase_rad")
+    path = with_numbers(path, spec, swung(check, path, spec))
+    path, best = _in_phase(check, path, path.effect(spec.name), "phase_rad")
     for _ in range(_STEPS):
         now = path.effect(spec.name)
         moved = [check.residual(with_numbers(path, now, {name: now.parameters[name] + _TURN})) for name in _PHASES]

@@ -642,6 +642,19 @@ def test_a_spring_that_the_valve_was_trimmed_with_does_nothing_at_zero():
     assert force(out) - force(0.0) == pytest.approx(1.0, rel=1e-3)
 
 
+def test_a_spring_may_stiffen_more_than_with_the_cube_and_sit_ahead_of_the_output():
+    swings = PathSpec(numerator=[900.0], denominator=[1.0, 9.0, 900.0])
+    spring = {"coefficient": 0.1, "stiffening": 0.5}
+    out = answer("cubic_stiffness", spring, swings, np.full(500, 2.0), Channel.PRESSURE)[-1]
+    assert out + 0.1 * out**3 * (1.0 + 0.5 * out**2) == pytest.approx(2.0, rel=1e-6)
+    wave = 2.0 * np.sin(9.0 * TIME)
+    plain, ahead = (
+        answer("cubic_stiffness", {**spring, **more}, swings, wave, Channel.PRESSURE) for more in ({}, {"lead_s": 0.02})
+    )
+    # What is pulled back sooner than it moves is damped.
+    assert np.abs(ahead[200:]).max() < np.abs(plain[200:]).max()
+
+
 def test_quadratic_damping_takes_voltage_with_the_square_of_the_speed():
     # speed per volt of the path is 206.4 / 23.34 cm/s
     out = answer("quadratic_damping", {"coefficient": 50.0}, INTEGRATOR, np.full(500, 3.0))

@@ -18,6 +18,7 @@ PISTON = PathSpec(numerator=(20.0,), denominator=(1.0, 20.0, 0.0))
 FED_BACK = [
     (Channel.PRESSURE, SWINGING, "leakage", {"coefficient": 2.0, "base": 1.0}),
     (Channel.PRESSURE, SWINGING, "cubic_stiffness", {"coefficient": 0.1}),
+    (Channel.PRESSURE, SWINGING, "cubic_stiffness", {"coefficient": 0.1, "lead_s": 0.01, "stiffening": 0.05}),
     (Channel.PRESSURE, SWINGING, "load_dependent_gain", {"per_load": 0.05}),
     (Channel.PRESSURE, SWINGING, "trapped_air", {"softness_s": 0.1, "stiffening": 0.5}),
     (Channel.PRESSURE, SWINGING, "overflow", {"limit": 1.0, "weir_s": 0.02}),

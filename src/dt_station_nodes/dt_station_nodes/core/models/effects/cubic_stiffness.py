@@ -5,7 +5,18 @@ import math
 from numba import njit
 
 from ...channels import Channel
-from ..compiled import LOAD_OUTPUT, OUTPUT_GAIN, STAGE, STATIC_GAIN, Doubles, effect_step, halfway
+from ..compiled import (
+    FREE_VELOCITY,
+    LOAD_OUTPUT,
+    OUTPUT_GAIN,
+    STAGE,
+    STATIC_GAIN,
+    VELOCITY,
+    VELOCITY_GAIN,
+    Doubles,
+    effect_step,
+    halfway,
+)
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -16,7 +27,8 @@ def _pressed(p: Doubles, y: float) -> float:
 
 @njit(cache=True)
 def _force(p: Doubles, pressed: float) -> float:
-    return (p[3] + p[0] * pressed * pressed) * pressed
+    square = pressed * pressed
+    return (p[3] + p[0] * square * (1.0 + p[7] * square)) * pressed
 
 
 @effect_step
@@ -25,9 +37,14 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         # What a gauge or a bellows shows, whose spring the whole pressure bends.
         return value - c[STATIC_GAIN] * (_force(p, _pressed(p, value - p[1])) - p[5] * _force(p, _pressed(p, -p[1])))
     y = halfway(c) - (1.0 - p[4]) * c[LOAD_OUTPUT] - p[1]
-    pressed, half = _pressed(p, y), 0.5 * c[OUTPUT_GAIN]
+    half = 0.5 * c[OUTPUT_GAIN]
+    if p[6] > 0.0:
+        y += p[6] * 0.5 * (c[VELOCITY] + c[FREE_VELOCITY])
+        half += p[6] * 0.5 * c[VELOCITY_GAIN]
+    pressed = _pressed(p, y)
     # What the spring itself does within the sub-step counts half: a step of Newton's from where it did nothing.
-    slope = p[3] + 3.0 * p[0] * pressed * pressed if pressed != 0.0 else 0.0
+    square = pressed * pressed
+    slope = p[3] + p[0] * square * (3.0 + 5.0 * p[7] * square) if pressed != 0.0 else 0.0
     trim = p[5] * _force(p, _pressed(p, -p[1]))
     pressed = _pressed(p, y - half * (_force(p, pressed) - trim) / (1.0 + half * slope))
     return value - _force(p, pressed) + trim
@@ -87,6 +104,26 @@ EFFECT = Effect(
             optional=True,
             first_on=(Channel.PRESSURE,),
             usual=(1.0,),
+        ),
+        Parameter(
+            "lead_s",
+            Quantity.TIME,
+            "how much sooner than the output moves what the spring pulls at, as a spool inside a slower circuit",
+            0.0,
+            0.1,
+            (0.02,),
+            optional=True,
+            channels=(Channel.PRESSURE,),
+            at=Attachment.STATE,
+        ),
+        Parameter(
+            "stiffening",
+            Quantity.PER_OUTPUT_SQUARED,
+            "how much more than with the cube the force grows, per square of the stroke: the fifth power's share",
+            0.0,
+            5.0,
+            (0.3,),
+            optional=True,
         ),
     ),
     step=_step,
