@@ -177,6 +177,10 @@ def test_a_leaking_piston_creeps_the_way_its_load_pushes(problem: Problem) -> No
     assert sensible(as_it_is(problem, "leakage", {"coefficient": -1e-9, "sag_per_s": 0.1}), problem)
     assert sensible(as_it_is(problem, "leakage", {"coefficient": 1e-9, "against": 1.0}), problem)
     assert not sensible(as_it_is(problem, "leakage", {"coefficient": -1e-9, "against": 1.0}), problem)
+    # One that leaves nothing but noise may come from the supply.
+    against = add_effect(PAPER.paths[Channel.POSITION], Candidate("leakage"), {"coefficient": -1e-9})
+    all_of_it = replace(problem, measured=problem.simulate(against))
+    assert sensible(as_it_is(problem, "leakage", {"coefficient": -1e-9}), all_of_it)
     # Beside what sags, next to nothing against a motion is nothing.
     nothing = -1e-3 * problem.scales[Quantity.VELOCITY_PER_LOAD]
     assert sensible(as_it_is(problem, "leakage", {"coefficient": nothing, "against": 1.0, "sag_per_s": 0.1}), problem)

@@ -24,6 +24,7 @@ FAR_CENTRE = 0.2  # of the run's range: further beyond it is no middle of a spri
 QUICK_HEAT = 1.02  # times the quickest
 STEEPEST_VALVE = 1.6  # exponent: an opening in proportion, an orifice's root, and a little
 HIGHEST_BASE = 1.9  # of the rest pressure
+ALL_SAID = 1.1  # times the noise
 NO_LEAK = 0.01  # of the run's speed per load: so little beside what sags is none
 MOST_UNEVEN = 0.79  # of a loop's two ways: the end of its range
 LARGEST_MODE = 2.9  # beside a path, over that: the voltage of a closed loop shows what its output does
@@ -120,7 +121,8 @@ def _hardens(path: PathSpec, problem: Problem) -> bool:
 def _loses(path: PathSpec, problem: Problem) -> bool:
     """Whether a leak lets the pressure fall, slows a piston or lets it creep the way its load pushes it.
 
-    What lets a pressure rise up to twice where it rests is no leak.
+    What lets a pressure rise up to twice where it rests is no leak. One from the supply past a valve's land pushes a
+    piston either way: it is believed where it leaves nothing.
     """
     leak = path.effect("leakage").parameters
     if problem.channel is Channel.PRESSURE and leak["base"] > HIGHEST_BASE:
@@ -132,7 +134,7 @@ def _loses(path: PathSpec, problem: Problem) -> bool:
     if path.disturbance is None or leak["sag_per_s"] != 0.0:
         return True
     pushes = path.disturbance.gain * path.disturbance.numerator[-1]
-    return leak["coefficient"] * pushes <= 0.0
+    return leak["coefficient"] * pushes <= 0.0 or float(np.std(problem.residual(path))) < ALL_SAID * problem.noise
 
 
 def _limits(path: PathSpec, problem: Problem) -> bool:
