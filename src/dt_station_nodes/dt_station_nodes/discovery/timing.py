@@ -54,7 +54,7 @@ def seen_timing(problem: Problem, path: PathSpec, name: str, nominal: Sequence[T
         return {}
     if name == PERIODIC:
         ways = [way(problem, path, spec) for way in (_second_tone, _swell, _bursts, _modulated)]
-        return min((way for way in ways if way), key=lambda way: _left(problem, path, spec, way), default={})
+        return min((way for way in ways if way), key=lambda way: _turned(problem, path, spec, way)[1], default={})
     if name == DELAY and spec.parameters["delay_s"] > 0.0:
         return _wander(problem, path, spec)
     return _steps(problem, path, spec, nominal) if name == DRIFT else {}
@@ -83,15 +83,21 @@ def _sinusoid(
     return float(np.hypot(*size)), math.atan2(size[1], size[0]), explained
 
 
-def _left(problem: Problem, path: PathSpec, spec: EffectSpec, numbers: dict[str, float]) -> float:
-    """Sum of squares that an oscillation leaves with its `numbers`, size and phase by least squares."""
-    bare = problem.residual(without(path, spec.name))
-    turned = (spec.parameters["phase_rad"] + turn for turn in (0.0, 0.5 * math.pi))
-    columns = np.column_stack(
-        [bare - problem.residual(with_numbers(path, spec, {**numbers, "phase_rad": phase})) for phase in turned]
-    )
+def _turned(
+    problem: Problem, path: PathSpec, spec: EffectSpec, numbers: dict[str, float]
+) -> tuple[dict[str, float], float]:
+    """An oscillation's `numbers` with its size and phase by least squares, and the sum of squares that it leaves."""
+    bare, phase_rad = problem.residual(without(path, spec.name)), spec.parameters["phase_rad"]
+    turned = ({**numbers, "phase_rad": phase_rad + turn} for turn in (0.0, 0.5 * math.pi))
+    columns = np.column_stack([bare - problem.residual(with_numbers(path, spec, one)) for one in turned])
     size = np.linalg.lstsq(columns, bare, rcond=None)[0]
-    return float(np.sum(np.square(bare - columns @ size)))
+    amplitude = spec.parameters["amplitude"] * float(np.hypot(*size))
+    found = {
+        **numbers,
+        "amplitude": amplitude,
+        "phase_rad": math.remainder(phase_rad + math.atan2(size[1], size[0]), 2.0 * math.pi),
+    }
+    return found, float(np.sum(np.square(bare - columns @ size)))
 
 
 def _modulated(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
@@ -105,11 +111,7 @@ def _modulated(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, 
     numbers["modulation_phase_rad"] = swing.phase_rad
     if swell is not None:
         numbers |= {"swell": swell.size, "swell_hz": swell.frequency_hz, "swell_rad": swell.phase_rad}
-    turned = (with_numbers(path, spec, {**numbers, "phase_rad": phase}) for phase in (0.0, 0.5 * math.pi))
-    columns = np.column_stack([bare - problem.residual(one) for one in turned])
-    size = np.linalg.lstsq(columns, bare, rcond=None)[0]
-    amplitude = spec.parameters["amplitude"] * float(np.hypot(*size))
-    return {**numbers, "amplitude": amplitude, "phase_rad": math.atan2(size[1], size[0])}
+    return _turned(problem, path, spec, numbers)[0]
 
 
 def _bursts(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str, float]:
