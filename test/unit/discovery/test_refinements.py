@@ -104,3 +104,15 @@ def test_a_loop_of_relays_is_sought_alone_as_one_form() -> None:
     assert ("spread", "depth", "bend_per_v", "steepness") in alone.steps
     assert set(alone.names) - set(beside.names) == {"bend_per_v", "steepness"}
     assert not any("bend_per_v" in names for names in beside.steps)
+
+
+def test_a_linkage_that_gives_is_a_form_of_its_own() -> None:
+    path, candidate = PAPER.paths[Channel.PRESSURE], Candidate("backlash", Attachment.INPUT)
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.PRESSURE, DiscoverySettings())
+    plain = add_effect(path, candidate, {"half_width": 0.2})
+    forms = refinements(problem, plain, candidate, problem.residual(plain))
+    # Beside joints, drag and a soft contact it would be any loop.
+    assert {"spread", "lag_s", "coast_s"} <= set(forms.names)
+    assert "give" not in forms.names
+    assert ("give",) in forms.steps
+    assert {start.effect("backlash").parameters["give"] for start in step_starts(plain, forms, ("give",))} == {0.0, 0.1}

@@ -50,7 +50,7 @@ def test_all_starts_try_every_value_of_every_parameter(problem: Problem) -> None
         paths = all_starts(problem, PAPER.paths[Channel.POSITION], candidate, problem.measured)
         assert 0 < len(paths) <= 150
         given = [path.effects[-1].parameters for path in paths]
-        own = {*candidate.required, *candidate.optional}
+        own = {*candidate.required, *candidate.refining(Channel.POSITION)}
         for parameter in (p for p in candidate.effect.parameters if Channel.POSITION in p.channels and p.name in own):
             tried = {round(values[parameter.name], 12) for values in given}
             assert len(tried) >= min(len(set(parameter.starts)), 2)

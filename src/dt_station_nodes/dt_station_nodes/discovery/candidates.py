@@ -39,6 +39,8 @@ _BY_LOAD = ("leakage", "against")
 _ABOUT = ("saturation", Channel.PRESSURE, ("straight", "centre_v"))
 # A port that closes past an end holds no piston there: from a stop no fit leads to it.
 _PORT = ("overflow", Channel.POSITION, ("lower_limit", "throttling"))
+# Beside softer contacts and more joints a linkage that gives could be any loop.
+BY_ITSELF = ("backlash", "give")
 _MOST_PAIRS = 150
 _STOPS = ("limit", "lower_limit", "standing")
 _STORES = ("curvature", "reference", "inlet_curvature")
@@ -87,7 +89,8 @@ class Candidate:
     def refining(self, channel: Channel) -> tuple[str, ...]:
         """Those that mean something on a channel and have starts."""
         known = {name: self.effect.parameter(name) for name in self.optional}
-        there = (name for name in known if self.at is not Attachment.OUTPUT or (self.name, name) not in _NOT_BEHIND)
+        left_out = (BY_ITSELF, *_NOT_BEHIND) if self.at is Attachment.OUTPUT else (BY_ITSELF,)
+        there = (name for name in known if (self.name, name) not in left_out)
         return tuple(name for name in there if known[name].starts and channel in known[name].channels)
 
     def _needs(self, parameter: Parameter) -> bool:
@@ -107,15 +110,11 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
             first = (p for p in effect.parameters if apart and channel in p.first_on)
             also = tuple(p.name for p in first if loaded or (name, p.name) != _BY_LOAD)
             found += [Candidate(name, at, also=also) for at in places]
-            formed = apart and (name, channel) not in _ONE_FORM and any(_by_itself(p) for p in effect.parameters)
-            found += [Candidate(name, effect.apart_at, apart=True)] * formed
+            formed = any(p.apart and not p.tried_first for p in effect.parameters) and (name, channel) not in _ONE_FORM
+            found += [Candidate(name, effect.apart_at, apart=True)] * (apart and formed)
             more = (form for *of, form in (_ABOUT, _PORT) if of == [name, channel])
             found += [Candidate(name, also=form) for form in more if apart]
     return tuple(found)
-
-
-def _by_itself(parameter: Parameter) -> bool:
-    return parameter.apart and not parameter.tried_first
 
 
 def in_vocabulary(name: str) -> bool:

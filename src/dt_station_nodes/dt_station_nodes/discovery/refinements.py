@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ..core.channels import Channel
 from ..core.models import PathSpec
-from ..core.models.effects import Quantity
+from ..core.models.effects import Attachment, Quantity
 from .beginnings import BEGINS, beginnings, has_begin
-from .candidates import Candidate, add_effect, drawn, grid
+from .candidates import BY_ITSELF, Candidate, add_effect, drawn, grid
 from .problem import Problem
 from .settling import SETTLING, heated_drift, settling_drift
 from .terms import Term
@@ -66,7 +66,8 @@ class Refinements:
     """Starts of a candidate's optional parameters, by name; those of its `timing` make sense together only.
 
     Those `together` are tried two at a time as well. `rates`: at what rate a drift begins, by how it settles; `heat`:
-    how a drift heats, instead. `begins`: where a loop may begin, which is no form of it and comes beside any.
+    how a drift heats, instead. `begins`: where a loop may begin, which is no form of it and comes beside any. Those
+    `alone` make a form with no other.
     """
 
     candidate: Candidate
@@ -76,6 +77,7 @@ class Refinements:
     heat: Mapping[str, float]
     begins: list[float]
     together: tuple[tuple[str, ...], ...] = ()
+    alone: Mapping[str, list[float]] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -86,7 +88,7 @@ class Refinements:
     def steps(self) -> tuple[tuple[str, ...], ...]:
         """Names that are tried at a time where one refinement is."""
         grips = [GRIP] if all(name in self.grids for name in GRIP) else []
-        alone = [(name,) for name in self.grids if not (grips and name in GRIP)]
+        alone = [(name,) for name in (*self.grids, *self.alone) if not (grips and name in GRIP)]
         sought = [tuple(numbers) for numbers in (self.timing, self.heat) if numbers]
         return (*alone, *self.together, *grips, *sought)
 
@@ -132,7 +134,9 @@ def refinements(
         settling_s, rate = settling_drift(problem, path)
         grids[SETTLING], rates, heat = [settling_s], {settling_s: rate}, heated_drift(problem, path)
     begins = beginnings(problem, path, candidate.name, _BEGIN) if timed and has_begin(candidate.name) else []
-    return Refinements(candidate, grids, timing, rates, heat, begins, together)
+    gives = timed and (candidate.name, candidate.place) == (BY_ITSELF[0], Attachment.INPUT)
+    one = {name: grid(problem, path, candidate, name, residual) for name in BY_ITSELF[1:] if gives}
+    return Refinements(candidate, grids, timing, rates, heat, begins, together, one)
 
 
 def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> list[PathSpec]:
@@ -145,7 +149,8 @@ def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> l
         return _gripping(path, forms)
     if names == (BEGINS,):
         return _refined(path, forms, [{BEGINS: value} for value in forms.begins])
-    values = [dict.fromkeys([forms.neutral(name), *forms.grids[name]]) for name in names]
+    grids = {**forms.grids, **forms.alone}
+    values = [dict.fromkeys([forms.neutral(name), *grids[name]]) for name in names]
     return _refined(path, forms, [dict(zip(names, one, strict=True)) for one in product(*values)])
 
 

@@ -91,6 +91,7 @@ EFFECT = Effect(
             0.4,
             (0.1,),
             optional=True,
+            at=Attachment.INPUT,
         ),
     ),
     step=_step,
