@@ -32,6 +32,7 @@ def test_so_may_play_on_the_voltage_and_one_that_gives_a_spool_with_mass() -> No
 
 def test_a_sharp_loop_of_a_pressure_valve_may_be_its_spools_friction_or_its_linkages_play() -> None:
     assert others(Channel.PRESSURE, {}) == (("friction", "backlash"),)
+    assert others(Channel.PRESSURE, {"depth": 0.7}) == (("friction", "backlash"),)
     assert others(Channel.PRESSURE, {"depth": 1.03}, "bias") == ((), ("friction", "backlash"))
     assert others(Channel.PRESSURE, {"bouc_wen": 0.2, "sharpness": 6.0, "way_back": 1.0}) == (("friction", "backlash"),)
     assert others(Channel.PRESSURE, {}, "friction") == ((), ())

@@ -13,6 +13,7 @@ from dt_station_nodes.discovery import discover
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.refinements import refinements, step_starts
+from dt_station_nodes.discovery.result import Verdict
 from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.settling import SETTLING, heated_drift, settling_drift
 
@@ -93,6 +94,16 @@ def test_a_sensor_is_not_heated_by_the_voltage() -> None:
     assert heated_drift(problem, add_effect(PATH, sensor, {"rate_per_s": -0.01})) == {}
 
 
+def tiring(wave: int) -> Run:
+    """Pressure of a valve whose gain falls along a line with the filtered size of its voltage."""
+    volts, effort = WARMING[wave], np.zeros(2600)
+    for k in range(1, 2600):
+        effort[k] = effort[k - 1] + 0.02 / 9.0 * (volts[k - 1] - effort[k - 1])
+    simulator = PathSimulator(Channel.PRESSURE, 0.02, volts * (1.0 - 0.08 * effort), np.zeros(0), float(PATH.rest), 0.0)
+    noise = 4.5e3 * np.random.default_rng(wave).standard_normal(volts.size)
+    return Run(0.02, {"load_voltage_v": volts, "pressure_pa": simulator.simulate(PATH) + noise})
+
+
 def derated(wave: int, recovery_s: float) -> Run:
     """Pressure of a valve whose gain falls as one over the filtered square of its voltage."""
     volts, heat = WARMING[wave], np.zeros(2600)
@@ -109,6 +120,12 @@ def test_a_coil_that_its_voltage_warms_is_gain_drift() -> None:
     (effect,) = warm.effects
     assert effect.name == "gain_drift"
     assert effect.parameters["heat_s"].value == pytest.approx(8.0, rel=0.1)
+
+
+def test_what_a_slow_fatigue_weakens_has_no_name() -> None:
+    """With the voltage's size, and as slowly as a coil warms."""
+    tired = discover(tiring(0), SPEC, tiring(1), DiscoverySettings(jobs=2))
+    assert tired.verdict is Verdict.UNEXPLAINED
 
 
 def test_what_forgets_quicker_than_anything_cools_is_left_to_the_stranger() -> None:

@@ -134,8 +134,9 @@ def refinements(
         settling_s, rate = settling_drift(problem, path)
         grids[SETTLING], rates, heat = [settling_s], {settling_s: rate}, heated_drift(problem, path)
     begins = beginnings(problem, path, candidate.name, _BEGIN) if timed and has_begin(candidate.name) else []
-    gives = timed and (candidate.name, candidate.place) == (BY_ITSELF[0], Attachment.INPUT)
-    one = {name: grid(problem, path, candidate, name, residual) for name in BY_ITSELF[1:] if gives}
+    effect, number = BY_ITSELF
+    gives = timed and (candidate.name, candidate.place) == (effect, Attachment.INPUT)
+    one = {number: grid(problem, path, candidate, number, residual)} if gives else {}
     return Refinements(candidate, grids, timing, rates, heat, begins, together, one)
 
 

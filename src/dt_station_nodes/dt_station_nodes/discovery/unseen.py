@@ -16,10 +16,10 @@ _CHANCE = (
     (PERIODIC, "phase_rad", "amplitude"),
     (PERIODIC, "second_rad", "second_share"),
     (PERIODIC, "swell_rad", "swell"),
+    (PERIODIC, "modulation_phase_rad", "modulation_rad"),
     (DELAY, "wander_rad", "wander"),
 )
-# Phases of a disturbance whose frequency swings, steps of Gauss's and Newton's for them, a difference's turn (rad).
-_PHASES = ("phase_rad", "modulation_phase_rad", "swell_rad")
+# Steps of Gauss's and Newton's for the phases of a disturbance whose frequency swings, a difference's turn (rad).
 _STEPS = 3
 _TURN = 1e-3
 # Mean square of a residual over the noise's: of one that says nothing, and of one that says much.
@@ -79,12 +79,13 @@ def _in_phases(check: Problem, path: PathSpec, spec: EffectSpec) -> Array:
     """What a disturbance whose frequency swings leaves of another run (n,), all its phases as they are there."""
     path = with_numbers(path, spec, swung(check, path, spec))
     path, best = _in_phase(check, path, path.effect(spec.name), "phase_rad")
+    phases = [phase for name, phase, size in _CHANCE if name == spec.name and spec.parameters.get(size, 0.0) != 0.0]
     for _ in range(_STEPS):
         now = path.effect(spec.name)
-        moved = [check.residual(with_numbers(path, now, {name: now.parameters[name] + _TURN})) for name in _PHASES]
+        moved = [check.residual(with_numbers(path, now, {name: now.parameters[name] + _TURN})) for name in phases]
         slopes = np.column_stack([residual - best for residual in moved]) / _TURN
         turns = np.linalg.lstsq(slopes, -best, rcond=None)[0]
-        numbers = {name: now.parameters[name] + float(turn) for name, turn in zip(_PHASES, turns, strict=True)}
+        numbers = {name: now.parameters[name] + float(turn) for name, turn in zip(phases, turns, strict=True)}
         there = with_numbers(path, now, numbers)
         residual = check.residual(there)
         if float(residual @ residual) >= float(best @ best):

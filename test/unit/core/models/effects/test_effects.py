@@ -642,6 +642,17 @@ def test_a_spring_that_the_valve_was_trimmed_with_does_nothing_at_zero():
     assert force(out) - force(0.0) == pytest.approx(1.0, rel=1e-3)
 
 
+def test_a_linkage_that_gives_lets_a_share_of_each_move_through():
+    stiff, gives = (answer("backlash", {"half_width": 0.4, **more}) for more in ({}, {"give": 0.3}))
+    assert np.allclose(gives, 0.3 * SWEEP[:-1] + 0.7 * stiff)
+
+
+@pytest.mark.parametrize(("bend", "left"), [(-1.0, 1.0 / 1.2), (0.0, math.exp(-0.2)), (1.0, 0.8)])
+def test_what_tires_goes_with_past_effort_by_the_law_of_its_bend(bend, left):
+    out = answer("fatigue", {"loss_per_v": 0.1, "recovery_s": 0.5, "bend": bend}, voltage=np.full(500, -2.0))
+    assert out[-1] == pytest.approx(-2.0 * left, rel=1e-4)
+
+
 def test_a_spring_may_stiffen_more_than_with_the_cube_and_sit_ahead_of_the_output():
     swings = PathSpec(numerator=[900.0], denominator=[1.0, 9.0, 900.0])
     spring = {"coefficient": 0.1, "stiffening": 0.5}
