@@ -116,3 +116,19 @@ def test_a_linkage_that_gives_is_a_form_of_its_own() -> None:
     assert "give" not in forms.names
     assert ("give",) in forms.steps
     assert {start.effect("backlash").parameters["give"] for start in step_starts(plain, forms, ("give",))} == {0.0, 0.1}
+
+
+def test_a_flow_that_turns_turbulent_begins_as_large_where_the_run_goes() -> None:
+    path, candidate = PAPER.paths[Channel.POSITION], Candidate("leakage")
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.POSITION, DiscoverySettings())
+    plain = add_effect(path, candidate, {"coefficient": 1e-10, "sag_per_s": 0.1})
+    forms = refinements(problem, plain, candidate, problem.residual(plain))
+    starts = [start.effect("leakage").parameters for start in step_starts(plain, forms, ("sag_bend",))]
+    bent = [p for p in starts if p["sag_bend"] > 0.0]
+    assert bent
+    (lengths,) = candidate.effect.parameter("sag_bend").starts
+    for start in bent:
+        reach = lengths / start["sag_bend"]
+        flow = start["sag_per_s"] * reach / (1.0 + start["sag_bend"] * reach) ** 0.5
+        assert abs(flow - 0.1 * reach) < 1e-9
+    assert any(p["sag_per_s"] == 0.1 and p["sag_bend"] == 0.0 for p in starts)

@@ -8,7 +8,7 @@ import pytest
 
 from dt_station_nodes.core.models import EffectSpec, PathSpec
 from dt_station_nodes.discovery.selection import Explanation
-from dt_station_nodes.discovery.strangers import other_dynamics, stranger
+from dt_station_nodes.discovery.strangers import mimic, other_dynamics, stranger
 
 
 def named(*names: str, **parameters: float) -> Explanation:
@@ -39,6 +39,18 @@ def test_one_that_holds_the_name_as_a_special_case_has_to_explain_more(behind: f
 @pytest.mark.parametrize(("behind", "lag_s", "name"), [(4.5, 0.0, ""), (-4.0, 0.0, "cross_coupling"), (-4.0, 0.05, "")])
 def test_cross_talk_that_does_not_lag_holds_no_leak(behind: float, lag_s: float, name: str) -> None:
     assert ahead(named("leakage"), behind, named("cross_coupling", share=-0.06, lag_s=lag_s), trifling=True) == name
+
+
+@pytest.mark.parametrize(("behind", "name"), [(2.0, "cross_coupling"), (-2.0, ""), (6.5, "")])
+def test_one_that_ties_and_could_be_told_apart_is_a_mimic(behind: float, name: str) -> None:
+    leak, talk = named("leakage"), named("cross_coupling", share=-0.02, lag_s=0.0)
+    assert mimic(leak, [(0.0, leak), (behind, talk)]) == name
+
+
+def test_one_that_can_only_be_the_name_or_has_more_names_is_no_mimic() -> None:
+    assert not mimic(LAG, [(0.0, LAG), (1.0, named("trapped_air"))])
+    assert not mimic(named("leakage"), [(1.0, named("cross_coupling", share=-0.02, lag_s=0.05))])
+    assert not mimic(LIMIT, [(1.0, named("saturation", "memory")), (1.0, named("rate_limit"))])
 
 
 def test_it_has_to_explain_much_more_where_next_to_nothing_is_left() -> None:

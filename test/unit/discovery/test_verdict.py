@@ -11,14 +11,19 @@ from dt_station_nodes.discovery.verdict import better_without, confidence
 
 def finding(margin: float) -> Finding:
     """A finding that explains all of a gap and leads by `margin`."""
-    sure = SimpleNamespace(margin=margin, gain=1e3, excess=0.0, interrupted=False, best=None, ranking=(), scores=())
-    return cast("Finding", sure)
+    sure = SimpleNamespace(margin=margin, gain=1e3, excess=0.0, interrupted=False, mimic="")
+    return cast("Finding", SimpleNamespace(**vars(sure), best=None, ranking=(), scores=()))
 
 
 @pytest.mark.parametrize("margin", [6.0, 40.0, 4000.0])
 def test_a_name_that_another_may_stand_for_is_no_surer_for_its_lead(margin: float) -> None:
     assert confidence(finding(margin), ("saturation",)) == confidence(finding(6.0), ("saturation",)) < 0.6
     assert confidence(finding(margin), ()) > 0.99
+
+
+def test_what_has_no_name_and_explains_as_much_halves_the_confidence() -> None:
+    mimicked = cast("Finding", SimpleNamespace(**{**vars(finding(40.0)), "mimic": "cross_coupling"}))
+    assert confidence(mimicked, ()) == pytest.approx(0.5 * confidence(finding(40.0), ()), rel=0.01)
 
 
 def explained(*names: str, inside: bool = True) -> SimpleNamespace:

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import IO, Annotated
 
@@ -18,6 +19,14 @@ CONTEXT_SETTINGS = {"allow_extra_args": True, "ignore_unknown_options": True}
 
 TYPED_FOR = (3, 11)
 """The Python whose locked numpy the sources are typed against; numpy's own types change with its versions."""
+
+NO_TESTS = 5
+"""pytest's exit status where nothing was collected."""
+
+BESIDE = ("-n", "auto", "--maxprocesses", "8", "--dist", "loadfile", "--no-loadscope-reorder", "-m", "not live")
+"""What keeps to itself runs on every core, file by file, the longest first (test/conftest.py)."""
+
+ALONE = ("-m", "live")
 
 _COUNT = re.compile(r"(\d+) (passed|failed|errors?|skipped|xfailed|xpassed|deselected)")
 
@@ -35,6 +44,15 @@ class Outcome:
         """For --json; pytest's closing line also as counts."""
         counts = {word.rstrip("s") if word.startswith("error") else word: int(n) for n, word in self.counts()}
         return {"status": self.status, "seconds": round(self.seconds, 1), "last_line": self.last_line, **counts}
+
+    def and_then(self, other: "Outcome") -> "Outcome":
+        """One outcome of two pytest runs; a run without tests is no failure where the other had some."""
+        ran = [one for one in (self, other) if one.status != NO_TESTS] or [self]
+        words: dict[str, int] = {}
+        for number, word in (pair for one in ran for pair in one.counts()):
+            words[word] = words.get(word, 0) + int(number)
+        line = ", ".join(f"{number} {word}" for word, number in words.items()) or ran[-1].last_line
+        return Outcome(self.name, max(one.status for one in ran), self.seconds + other.seconds, line)
 
     def counts(self) -> list[tuple[str, str]]:
         """Numbers and words of pytest's closing line; empty for other checkers."""
@@ -75,18 +93,24 @@ def test(
     root = checkout()
     output = sys.stderr if json else sys.stdout
     python = sys.executable
-    commands = {
-        "ruff": [python, "-m", "ruff", "check", "."],
-        "mypy": [python, "-m", "mypy"],
-        "pytest": [python, "-m", "pytest", "--color=auto", *context.args],
-    }
     outcomes = []
-    for name, command in commands.items():
-        if name == "mypy" and lint and sys.version_info[:2] != TYPED_FOR:
+
+    def run(name: str, *arguments: str) -> Outcome:
+        console.rule(name)
+        return run_checker(name, [python, "-m", name, *arguments], root, output)
+
+    if lint:
+        outcomes.append(run("ruff", "check", "."))
+        if sys.version_info[:2] == TYPED_FOR:
+            outcomes.append(run("mypy"))
+        else:
             console.print(f"mypy is left out: the types are checked on Python {'.'.join(map(str, TYPED_FOR))}")
-        elif lint or name == "pytest":
-            console.rule(name)
-            outcomes.append(run_checker(name, command, root, output))
+    # Where pytest-xdist is not installed (ROS from apt), or tests are chosen by marks, one run has them all.
+    if find_spec("xdist") and "-m" not in context.args:
+        beside, alone = (run("pytest", "--color=auto", *part, *context.args) for part in (BESIDE, ALONE))
+        outcomes.append(beside.and_then(alone))
+    else:
+        outcomes.append(run("pytest", "--color=auto", *context.args))
     failed = [outcome.name for outcome in outcomes if outcome.status]
     if json:
         emit_json({"ok": not failed, **{outcome.name: outcome.as_dict() for outcome in outcomes}})

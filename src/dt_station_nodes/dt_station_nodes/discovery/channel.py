@@ -23,7 +23,7 @@ from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .sense import sensible
 from .settings import DiscoverySettings
 from .silence import as_parameters, fits_roughly, silent_verdict
-from .strangers import SAME, other_dynamics, stranger
+from .strangers import SAME, mimic, other_dynamics, stranger
 from .tasks import StoppedError
 from .terms import nominal_terms
 from .workers import ALONE, Workers
@@ -59,9 +59,10 @@ MOST_WHOLE = 6
 class Finding:
     """What one channel says. `given`: residual (n,) of the given model; `sigma`: noise, unit of the channel.
 
-    `alternatives[i]` are names that could stand for the i-th added effect; `rival` a form outside the
-    vocabulary that makes them doubtful; `excess` what is left of the gap, of its start, `nearest` what the set of
-    nameable effects leaves of it that leaves least; `over_noise` what is left of each run over its noise, RMS.
+    `alternatives[i]` are names that could stand for the i-th added effect; `rival` a form outside the vocabulary that
+    makes them doubtful, `mimic` one that explains as much; `excess` what is left of the gap, of its start, `nearest`
+    what the set of nameable effects leaves of it that leaves least; `over_noise` what is left of each run over its
+    noise, RMS.
     """
 
     problem: Problem
@@ -80,6 +81,7 @@ class Finding:
     interrupted: bool = False
     nearest: float = 1.0
     over_noise: tuple[float, ...] = ()
+    mimic: str = ""
 
 
 def base_paths(path: PathSpec) -> list[PathSpec]:
@@ -124,8 +126,7 @@ def examine(
     bases = base_paths(path)
     given = min((problem.residual(base) for base in bases), key=lambda r: float(r @ r))
     nulls, null = foremost_null(bench, bases)
-    known = [null]
-    interrupted = False
+    known, interrupted = [null], False
     try:
         measure = take_measure(bench, known)
         quiet = measure.left(null) < WORTH_NULL * measure.noise and whiteness(null.fit.residual) < NULL_WHITE
@@ -172,9 +173,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     if gone and best.fit.penalty >= MOSTLY * null.fit.penalty:
         # Where no gap shows, a name that leaves the parameters off explains nothing.
         best = null
-    mine = measure.score(best)
-    gap = max(measure.left(null), 1e-9)
-    left = measure.left(best)
+    mine, left, gap = measure.score(best), measure.left(best), max(measure.left(null), 1e-9)
     scored = sorted(((measure.score(e) - mine, e) for e in known), key=lambda pair: pair[0])
     rival, further = "", False
     peers: list[tuple[float, Explanation]] = []
@@ -247,4 +246,5 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
             (max(over, 0.0) / floor + 1.0) ** 0.5
             for over, floor in zip(measure.gaps(best), measure.floors, strict=True)
         ),
+        mimic(best, scored) if verdict is Verdict.NAMED else "",
     )

@@ -55,6 +55,7 @@ _TOGETHER = (
     ("stiffness", "cushion_s"),
     ("lead_s", "stiffening"),
 )
+_SAG, _SAG_BEND = "sag_per_s", "sag_bend"
 _BEGIN = (-1.0, 0.0, 1.0)  # places in a loop or a gap
 _COULOMB = np.arange(0.5, 1.06, 0.05)  # of what the plain form took for all of it,
 _EXCESS = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)  # of that,
@@ -181,6 +182,11 @@ def _refined(path: PathSpec, forms: Refinements, chosen: list[dict[str, float]],
     main = forms.candidate.required[0]
     spec = path.effect(forms.candidate.name)
     sized = {**spec.parameters, main: spec.parameters[main] * size}
-    settled = ({main: forms.rates[n[SETTLING]]} if n.get(SETTLING) in forms.rates else {} for n in chosen)
+    settled = [{main: forms.rates[n[SETTLING]]} if n.get(SETTLING) in forms.rates else {} for n in chosen]
+    if any(n.get(_SAG_BEND, 0.0) > 0.0 for n in chosen):
+        # A flow that turns turbulent begins so much steeper, to be what it was where the run goes.
+        (lengths,) = forms.candidate.effect.parameter(_SAG_BEND).starts
+        steeper = {_SAG: spec.parameters[_SAG] * math.sqrt(1.0 + lengths)}
+        settled = [steeper if n.get(_SAG_BEND, 0.0) > 0.0 else own for n, own in zip(chosen, settled, strict=True)]
     starts = ({**sized, **own, **numbers} for own, numbers in zip(settled, chosen, strict=True))
     return [add_effect(path, forms.candidate, numbers) for numbers in starts]

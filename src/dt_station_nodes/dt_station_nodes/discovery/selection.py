@@ -13,8 +13,8 @@ from .fit import Fitted
 from .foretold import foretold
 from .held_out import held_out_power
 from .hypothesis_fit import Fit, fit_hypothesis
-from .namesakes import sharp_loop
 from .noise import effective_samples, noise_floor
+from .odds import against
 from .out_of_reach import ends_elsewhere
 from .problem import Problem
 from .terms import Hypothesis, Term
@@ -24,49 +24,6 @@ from .workers import ALONE, Workers
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
-# Twice the log prior odds against forms that are rarely what a name means.
-UNUSUAL = {
-    ("backlash", "input"): 4.0,
-    # A gauge's linkage has less play than a valve's.
-    ("backlash", "pressure"): 6.0,
-    ("overflow", "output"): 1.0,
-    # Without voltages inside its band a dead zone only takes off a constant; a bias could as well add one.
-    ("bias", "pressure"): 4.0,
-    # A pressure valve's loop is its magnet's more often than its spool's.
-    ("friction", "pressure"): 6.0,
-    ("cross_coupling", "position"): 8.0,
-    # A piston's drag grows with its speed's square where oil is thin and quick: a valve's limits are commoner.
-    ("quadratic_damping", "position"): 6.0,
-    ("overflow", "pressure"): 4.0,
-    # What limits a pressure from behind is a relief valve more often than a supply.
-    ("saturation", "output"): 8.0,
-    # A sensor that lags, waits or rings is rarer than a valve that does.
-    ("delay", "output"): 3.0,
-    ("extra_lag", "output"): 3.0,
-    ("resonance", "output"): 3.0,
-    # A supply or a coil drifts more than a sensor.
-    ("gain_drift", "output"): 3.0,
-    # Friction is the commoner of what swallows motion rather than voltage.
-    ("dead_zone", "state"): 10.0,
-    # A leak or a spring of a pressure valve bends its curve as its limits and its overlap do, which are commoner.
-    ("leakage", "pressure"): 5.0,
-    ("cubic_stiffness", "pressure"): 12.0,
-    ("cubic_stiffness", "output"): 12.0,
-    # A search over hundreds of frequencies finds one in any noise.
-    ("periodic_disturbance", "position"): 13.0,
-    ("periodic_disturbance", "pressure"): 13.0,
-    ("periodic_disturbance", "input"): 13.0,
-}
-
-# The same against refinements: a rim is sharp, what bends softly is a valve; cross-talk comes at once or lags.
-UNUSUAL_FORMS = {
-    ("overflow", "rounding"): 3.0,
-    ("cross_coupling", "at_once"): 8.0,
-    # A limit of its own is commoner than one of the loop alone.
-    ("hysteresis", "bend_per_v"): 8.0,
-}
-# The same against a loop with the corners of a play operator: what magnets do is round.
-SHARP_LOOP = 6.0
 NOTHING = 1e-6  # of a parameter's scale: it is at what changes nothing
 
 
@@ -211,22 +168,10 @@ def _spent(fit: Fit) -> int:
     return fit.freedoms - unused
 
 
-def _unusual(bench: "Bench", path: PathSpec) -> float:
-    """Twice the log prior odds against the places and forms of a path's effects."""
-    found = 0.0
-    for effect in path.effects:
-        found += SHARP_LOOP * sharp_loop(effect)
-        found += UNUSUAL.get((effect.name, effect.at.value if effect.at else bench.problem.channel.value), 0.0)
-        for (name, parameter), odds in UNUSUAL_FORMS.items():
-            neutral = registry()[name].parameter(parameter).neutral
-            found += odds * (effect.name == name and effect.parameters[parameter] != neutral)
-    return found
-
-
 def penalised(bench: Bench, explanation: Explanation, samples: float, floors: tuple[float, ...]) -> float:
     """Twice the negative log-likelihood with `samples` effective samples, priors and complexity (BIC) included."""
     fit = explanation.fit
-    unusual = _unusual(bench, fit.path)
+    unusual = against(fit.path, bench.problem.channel)
     # What held-out blocks say has paid for its freedoms already.
     complexity = unusual + (0.0 if explanation.held else _spent(fit) * np.log(max(samples, 2.0)))
     # Each run with a variance of its own: one waveform on which a form fails does not outweigh another it explains.

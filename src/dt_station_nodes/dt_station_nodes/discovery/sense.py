@@ -7,6 +7,7 @@ import numpy as np
 from ..core.channels import Channel
 from ..core.models import PathSpec
 from ..core.models.effects import Attachment, Quantity, registry
+from .odds import creeps_uphill
 from .problem import Problem
 from .selection import Explanation
 from .terms import AWAY
@@ -105,7 +106,7 @@ def _hardens(path: PathSpec, problem: Problem) -> bool:
     """Whether a spring's cube is felt where the run goes: a linear one is what leaks back, or a pole off zero.
 
     A pressure's about one that the run never comes near is a curve that bends one way, and one with play that the run
-    takes up on one side alone opens above a level, as a valve does.
+    takes up on one side alone opens above a level, as a valve does. What drives a piston away from its centre is none.
     """
     spring = path.effect("cubic_stiffness").parameters
     above, beside = problem.measured - path.rest - spring["centre"], FAR_CENTRE * float(np.ptp(problem.measured))
@@ -113,6 +114,8 @@ def _hardens(path: PathSpec, problem: Problem) -> bool:
     sides = min(np.mean(above < -spring["play"]), np.mean(above > spring["play"])) if spring["play"] > 0.0 else 1.0
     if problem.channel is Channel.PRESSURE and (sides < REACHED or not near):
         return False
+    if problem.windows.anchored and spring["coefficient"] < 0.0:
+        return spring["linear"] > abs(spring["coefficient"]) * float(np.max(np.square(above)))
     travel_squared = problem.scales[Quantity.INPUT_PER_OUTPUT] / problem.scales[Quantity.INPUT_PER_OUTPUT_CUBED]
     bent = float(np.mean(problem.measured)) - path.rest - spring["centre"]
     return abs(spring["coefficient"]) * max(travel_squared, bent**2) > LEAST_CUBE * abs(spring["linear"])
@@ -131,10 +134,9 @@ def _loses(path: PathSpec, problem: Problem) -> bool:
         sags = leak["sag_per_s"] != 0.0
         least = -NO_LEAK * problem.scales[Quantity.VELOCITY_PER_LOAD] if sags else 0.0
         return leak["coefficient"] > least
-    if path.disturbance is None or leak["sag_per_s"] != 0.0:
+    if leak["sag_per_s"] != 0.0 or not creeps_uphill(path):
         return True
-    pushes = path.disturbance.gain * path.disturbance.numerator[-1]
-    return leak["coefficient"] * pushes <= 0.0 or float(np.std(problem.residual(path))) < ALL_SAID * problem.noise
+    return float(np.std(problem.residual(path))) < ALL_SAID * problem.noise
 
 
 def _limits(path: PathSpec, problem: Problem) -> bool:

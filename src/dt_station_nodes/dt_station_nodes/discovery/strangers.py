@@ -34,6 +34,15 @@ def stranger(best: Explanation, scored: Sequence[tuple[float, Explanation]], tri
     return ""
 
 
+def mimic(best: Explanation, scored: Sequence[tuple[float, Explanation]]) -> str:
+    """A form outside the vocabulary, other than the best set's, that explains hardly less; "" if there is none."""
+    for behind, other in scored:
+        as_many = not other.inside and len(other.added) == len(best.added)
+        if as_many and 0.0 <= behind < SAME and _limit(other, best, SAME) >= 0.0:
+            return next(name for name in other.added if not in_vocabulary(name))
+    return ""
+
+
 def other_dynamics(problem: Problem, best: Explanation, floor: float) -> str:
     """What makes names of linear effects doubtful: what they leave, far above noise of power `floor`, is linear too."""
     left = np.diff(best.fit.residual)

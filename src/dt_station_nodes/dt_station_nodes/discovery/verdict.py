@@ -10,7 +10,8 @@ from .result import Gap, NamedEffect, Verdict
 from .selection import Explanation
 from .strangers import SAME
 
-# What is left of the confidence in a name that better sets do without, or that an unfinished search gives.
+# What is left of the confidence in a name that better sets do without, that what has no name explains as well, or that
+# an unfinished search gives.
 DOUBTED = 0.5
 TOLD = 0.02  # of the gap: what is left is told as a share of it from here on,
 MORE_THERE = 5.0  # times the noise of the validation run, RMS
@@ -35,7 +36,7 @@ def confidence(finding: Finding, alternatives: Sequence[str]) -> float:
     gain = 1.0 - float(np.exp(-max(finding.gain, 0.0) / 20.0))
     left = float(np.exp(-4.0 * max(finding.excess, 0.0)))
     shared = 1.0 / (1 + len(alternatives))
-    doubt = DOUBTED if better_without(finding) or finding.interrupted else 1.0
+    doubt = DOUBTED if better_without(finding) or finding.mimic or finding.interrupted else 1.0
     return float(np.clip(max(margin, shared) * gain * left * doubt, 0.0, 0.999))
 
 
@@ -59,6 +60,8 @@ def why(finding: Finding, name: str) -> str:
         powers = [float(np.mean(np.square(e.fit.residual))) for e in (runner, finding.best)]
         left = float(np.sqrt(powers[0] / max(powers[1], 1e-300)))
         against = f"; the best explanation without it ({' + '.join(runner.added)}) leaves {left:.2f} times the RMS"
+    if finding.mimic:
+        against += f"; {finding.mimic.replace('_', ' ')}, for which there is no such name, explains it as well"
     return (
         f"it explains {explained:.1f} % of the gap that refitted nominal parameters leave, {_remains(finding)}{against}"
     )
