@@ -87,6 +87,16 @@ def no_process_left_behind() -> Iterator[None]:
     assert not left, f"processes left behind: {left}"
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what lives in real time, and put the long discoveries on measured data first: cores end together then."""
+    for item in items:
+        measured = item.path.name.startswith("test_measured")
+        live = item.path.relative_to(ROOT / "test").parts[0] in ("nodes", "system") and not measured
+        if live or item.get_closest_marker("timing"):
+            item.add_marker("live")
+    items.sort(key=lambda item: not item.path.name.startswith("test_measured"))
+
+
 @pytest.fixture(scope="session")
 def ros_domain() -> int:
     """Return the session's private ROS domain id, already in the environment."""
