@@ -17,10 +17,10 @@ def others(channel: Channel, loop: dict[str, float], *beside: str) -> tuple[tupl
     return namesakes(path, (*beside, "hysteresis"), channel)
 
 
-def play(at: Attachment, **form: float) -> tuple[tuple[str, ...], ...]:
+def play(at: Attachment, channel: Channel = Channel.PRESSURE, **form: float) -> tuple[tuple[str, ...], ...]:
     effect = EffectSpec(name="backlash", at=at, parameters={"half_width": 0.1, **form})
-    path = PAPER.paths[Channel.PRESSURE].model_copy(update={"effects": (effect,)})
-    return namesakes(path, ("backlash",), Channel.PRESSURE)
+    path = PAPER.paths[channel].model_copy(update={"effects": (effect,)})
+    return namesakes(path, ("backlash",), channel)
 
 
 def test_so_may_play_on_the_voltage_and_one_that_gives_a_spool_with_mass() -> None:
@@ -30,13 +30,20 @@ def test_so_may_play_on_the_voltage_and_one_that_gives_a_spool_with_mass() -> No
     assert play(Attachment.OUTPUT) == ((),)
 
 
+def test_play_on_a_cylinders_valve_and_a_loop_with_corners_are_one() -> None:
+    assert play(Attachment.INPUT, Channel.POSITION) == (("hysteresis",),)
+    assert play(Attachment.INPUT, Channel.POSITION, lag_s=0.02) == ((),)
+    assert play(Attachment.OUTPUT, Channel.POSITION) == ((),)
+    assert others(Channel.POSITION, {}) == (("backlash",),)
+    assert others(Channel.POSITION, {"bouc_wen": 1.0}) == ((),)
+
+
 def test_a_sharp_loop_of_a_pressure_valve_may_be_its_spools_friction_or_its_linkages_play() -> None:
     assert others(Channel.PRESSURE, {}) == (("friction", "backlash"),)
     assert others(Channel.PRESSURE, {"depth": 0.7}) == (("friction", "backlash"),)
     assert others(Channel.PRESSURE, {"depth": 1.03}, "bias") == ((), ("friction", "backlash"))
     assert others(Channel.PRESSURE, {"bouc_wen": 0.2, "sharpness": 6.0, "way_back": 1.0}) == (("friction", "backlash"),)
     assert others(Channel.PRESSURE, {}, "friction") == ((), ())
-    assert others(Channel.POSITION, {}) == ((),)
 
 
 @pytest.mark.parametrize(

@@ -16,10 +16,10 @@ _SOFT = ("lag_s", "spread", "coast_s")
 def namesakes(path: PathSpec, added: tuple[str, ...], channel: Channel) -> tuple[tuple[str, ...], ...]:
     """For each effect added to a path, names that stand for it as well.
 
-    A loop with sharp corners on the voltage of a pressure valve is what its spool does, held by dry friction, and what
-    its linkage does, with play. Play whose contact gives or whose load coasts is a spool with mass that is held. What
-    stops a position's reading alone, while the piston goes on, is its sensor's range. Several plays that all of a
-    voltage goes through are a linkage of several joints, or a spool whose friction yields before it slides.
+    A loop with sharp corners on a valve's voltage is what its linkage does, with play, and, of a pressure valve, what
+    its spool does, held by dry friction. Play there whose contact gives or whose load coasts is a spool with mass that
+    is held. What stops a position's reading alone, while the piston goes on, is its sensor's range. Several plays that
+    all of a voltage goes through are a linkage of several joints, or a spool whose friction yields before it slides.
     """
     found = {effect.name: _names(effect, added, channel) for effect in path.effects}
     return tuple(found.get(name, ()) for name in added)
@@ -30,8 +30,10 @@ def _names(effect: EffectSpec, added: tuple[str, ...], channel: Channel) -> tupl
         return ("saturation",)
     if _joints(effect):
         return ("backlash", "friction") if channel is Channel.PRESSURE and "friction" not in added else ("backlash",)
-    held = channel is Channel.PRESSURE and effect.name in _LOOPS and "friction" not in added
-    return _others(effect) if held else ()
+    if effect.name not in _LOOPS or "friction" in added:
+        return ()
+    # A cylinder's friction is its piston's, which swallows motion.
+    return tuple(name for name in _others(effect) if channel is Channel.PRESSURE or name != "friction")
 
 
 def _others(effect: EffectSpec) -> tuple[str, ...]:
