@@ -88,13 +88,8 @@ def no_process_left_behind() -> Iterator[None]:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark what lives in real time, and deal the rest out: by files, which share what they set up, the longest first.
-
-    Whole discoveries, which share nothing and take long, one by one: cores end together then.
-    """
+    """Mark what lives in real time, and put the long discoveries on measured data first: cores end together then."""
     for item in items:
-        if item.path.name != "test_discover.py":
-            item.add_marker(pytest.mark.xdist_group(item.path.stem))
         measured = item.path.name.startswith("test_measured")
         live = item.path.relative_to(ROOT / "test").parts[0] in ("nodes", "system") and not measured
         if live or item.get_closest_marker("timing"):

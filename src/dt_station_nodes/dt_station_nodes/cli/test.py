@@ -23,8 +23,8 @@ TYPED_FOR = (3, 11)
 NO_TESTS = 5
 """pytest's exit status where nothing was collected."""
 
-BESIDE = ("-n", "auto", "--maxprocesses", "8", "--dist", "loadgroup", "--no-loadscope-reorder", "-m", "not live")
-"""What keeps to itself runs on every core, dealt out by test/conftest.py."""
+BESIDE = ("-n", "auto", "--maxprocesses", "8", "--dist", "loadfile", "--no-loadscope-reorder", "-m", "not live")
+"""What keeps to itself runs on every core, file by file, the longest first (test/conftest.py)."""
 
 ALONE = ("-m", "live")
 
