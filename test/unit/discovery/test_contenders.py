@@ -5,13 +5,17 @@ from typing import cast
 
 import pytest
 
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import EffectSpec, PathSpec
+from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.contenders import AS_LITTLE, contenders
 from dt_station_nodes.discovery.result import Verdict
 
 
-def explained(*names: str, rss: float = 1.0) -> SimpleNamespace:
-    return SimpleNamespace(added=names, inside=True, fit=SimpleNamespace(rss=rss))
+def explained(*names: str, rss: float = 1.0, effects: tuple[EffectSpec, ...] = ()) -> SimpleNamespace:
+    path = PathSpec.model_construct(effects=effects)
+    return SimpleNamespace(added=names, inside=True, fit=SimpleNamespace(rss=rss, path=path))
 
 
 NULL, FRICTION, DEAD_ZONE, PAIR = explained(), explained("friction"), explained("dead_zone"), explained("delay", "bias")
@@ -29,6 +33,7 @@ def finding(
         scores=tuple(behind for _, behind in ranked),
         alternatives=(names,),
         rival=rival,
+        problem=SimpleNamespace(channel=Channel.PRESSURE),
     )
     return cast("Finding", made)
 
@@ -43,6 +48,17 @@ def test_a_larger_set_that_is_ahead_and_does_without_the_name_is_to_be_told_from
 def test_of_names_that_could_stand_in_its_place_the_sets_as_large_are_told_apart() -> None:
     found = finding(Verdict.NAMED, (PAIR, -30.0), (FRICTION, 0.0), (FAR, 3.0), (DEAD_ZONE, 4.0), names=("dead_zone",))
     assert contenders(found, Verdict.NAMED) == [DEAD_ZONE]
+
+
+def test_names_that_no_run_tells_apart_need_no_experiment() -> None:
+    play = explained(
+        "backlash", effects=(EffectSpec(name="backlash", at=Attachment.INPUT, parameters={"half_width": 0.1}),)
+    )
+    loop, valve = explained("hysteresis"), explained("dead_zone")
+    found = finding(Verdict.NAMED, (play, 0.0), (loop, 1.0), (valve, 2.0), names=("hysteresis", "friction"))
+    assert contenders(found, Verdict.NAMED) == []
+    more = finding(Verdict.NAMED, (play, 0.0), (loop, 1.0), (valve, 2.0), names=("hysteresis", "dead_zone"))
+    assert contenders(more, Verdict.NAMED) == [valve]
 
 
 @pytest.mark.parametrize(("overall", "open_"), [(Verdict.PARAMETERS_ONLY, [DEAD_ZONE]), (Verdict.NAMED, [])])

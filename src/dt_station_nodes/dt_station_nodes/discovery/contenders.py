@@ -1,6 +1,7 @@
 """The explanations that the next experiment should tell from the one found."""
 
 from .channel import Finding
+from .namesakes import namesakes
 from .result import Verdict
 from .selection import Explanation
 from .verdict import better_without
@@ -24,9 +25,12 @@ def contenders(finding: Finding, overall: Verdict) -> list[Explanation]:
 
 
 def _same_size(finding: Finding) -> list[Explanation]:
-    """Sets as large that hold a name which could stand in place of one."""
-    names = {name for group in finding.alternatives for name in group}
-    ranked = (e for e in finding.ranking if len(e.added) == len(finding.best.added) and e is not finding.best)
+    """Sets as large that hold a name which could stand in place of one, unless no run tells the two apart."""
+    best = finding.best
+    same = namesakes(best.fit.path, best.added, finding.problem.channel)
+    groups = zip(finding.alternatives, same, strict=True)
+    names = {name for group, alike in groups for name in group if name not in alike}
+    ranked = (e for e in finding.ranking if len(e.added) == len(best.added) and e is not best)
     return [e for e in ranked if names & set(e.added)][:2]
 
 
