@@ -6,7 +6,7 @@ from typing import cast
 import pytest
 
 from dt_station_nodes.discovery.channel import Finding
-from dt_station_nodes.discovery.verdict import better_without, confidence
+from dt_station_nodes.discovery.verdict import better_without, confidence, why
 
 
 def finding(margin: float) -> Finding:
@@ -24,6 +24,12 @@ def test_a_name_that_another_may_stand_for_is_no_surer_for_its_lead(margin: floa
 def test_what_has_no_name_and_explains_as_much_halves_the_confidence() -> None:
     mimicked = cast("Finding", SimpleNamespace(**{**vars(finding(40.0)), "mimic": "cross_coupling"}))
     assert confidence(mimicked, ()) == pytest.approx(0.5 * confidence(finding(40.0), ()), rel=0.01)
+
+
+@pytest.mark.parametrize(("mimic", "said"), [("cross_coupling", True), ("", False)])
+def test_the_evidence_names_what_explains_as_much(mimic: str, said: bool) -> None:
+    mimicked = SimpleNamespace(**{**vars(finding(40.0)), "mimic": mimic, "over_noise": (1.0,)})
+    assert ("cross coupling" in why(cast("Finding", mimicked), "leakage")) is said
 
 
 def explained(*names: str, inside: bool = True) -> SimpleNamespace:

@@ -148,8 +148,6 @@ def grid(
         return limit_starts(problem, parameter, unit, "centre_v" in candidate.also)
     if candidate.name == "saturation" and name == "centre_v":
         return [float(np.mean(problem.simulator.voltage_v))]
-    if name == "straight" and name in candidate.also:
-        return [0.0, *parameter.starts]
     if candidate.name == "overflow" and name in _STOPS:
         return stop_starts(problem, path, parameter, unit)
     if candidate.name == "square_root_outflow" and name in _STORES and not problem.windows.anchored:

@@ -182,11 +182,16 @@ def _refined(path: PathSpec, forms: Refinements, chosen: list[dict[str, float]],
     main = forms.candidate.required[0]
     spec = path.effect(forms.candidate.name)
     sized = {**spec.parameters, main: spec.parameters[main] * size}
-    settled = [{main: forms.rates[n[SETTLING]]} if n.get(SETTLING) in forms.rates else {} for n in chosen]
-    if any(n.get(_SAG_BEND, 0.0) > 0.0 for n in chosen):
+    starts = ({**sized, **_along(spec.parameters, forms, numbers), **numbers} for numbers in chosen)
+    return [add_effect(path, forms.candidate, numbers) for numbers in starts]
+
+
+def _along(plain: Mapping[str, float], forms: Refinements, numbers: Mapping[str, float]) -> dict[str, float]:
+    """What else of the plain form begins elsewhere with some numbers of a refinement."""
+    if numbers.get(SETTLING) in forms.rates:
+        return {forms.candidate.required[0]: forms.rates[numbers[SETTLING]]}
+    if numbers.get(_SAG_BEND, 0.0) > 0.0:
         # A flow that turns turbulent begins so much steeper, to be what it was where the run goes.
         (lengths,) = forms.candidate.effect.parameter(_SAG_BEND).starts
-        steeper = {_SAG: spec.parameters[_SAG] * math.sqrt(1.0 + lengths)}
-        settled = [steeper if n.get(_SAG_BEND, 0.0) > 0.0 else own for n, own in zip(chosen, settled, strict=True)]
-    starts = ({**sized, **own, **numbers} for own, numbers in zip(settled, chosen, strict=True))
-    return [add_effect(path, forms.candidate, numbers) for numbers in starts]
+        return {_SAG: plain[_SAG] * math.sqrt(1.0 + lengths)}
+    return {}

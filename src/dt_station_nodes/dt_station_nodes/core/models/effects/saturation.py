@@ -135,7 +135,7 @@ EFFECT = Effect(
             "share of the limit up to which the answer is straight, before it bends like a tanh, 1 for a sharp limit",
             0.0,
             0.95,
-            (0.6, 0.0),
+            (0.0, 0.6),
             neutral=1.0,
             optional=True,
         ),
