@@ -1,9 +1,7 @@
 """How every node process starts, spins and ends."""
 
 import contextlib
-import os
 import sys
-import threading
 import time
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -17,6 +15,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from ..core.errors import StationError
 from .dds_profile import use_profile
+from .departure import end_after
 from .priority import claim_priority, quieten_collector
 from .stopping import StopSignal
 
@@ -164,9 +163,7 @@ def end(node: Node | None, part: Part | None, executor: Executor | None, status:
     if part is not None:
         part.close()
     # All that counts is delivered and closed by now: who waits for us must not wait for that.
-    late = threading.Timer(_LETS_GO_S, os._exit, (status,))
-    late.daemon = True
-    late.start()
+    cancel = end_after(_LETS_GO_S, status)
     with contextlib.suppress(KeyboardInterrupt, Exception):
         if executor is not None and node is not None:
             executor.remove_node(node)
@@ -174,4 +171,4 @@ def end(node: Node | None, part: Part | None, executor: Executor | None, status:
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
-    late.cancel()
+    cancel()
