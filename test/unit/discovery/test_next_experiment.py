@@ -8,8 +8,9 @@ import pytest
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PlantModel
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.core.waveforms import Shape, Waveform, WaveformGenerator
+from dt_station_nodes.core.waveforms import Shape, Waveform
 from dt_station_nodes.discovery import NextExperiment, Verdict, discover
+from dt_station_nodes.discovery.reach import drive
 
 PAPER = ModelSpec.from_yaml(
     (Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text(encoding="utf-8")
@@ -17,14 +18,9 @@ PAPER = ModelSpec.from_yaml(
 STEP_S = 0.02
 
 
-def waved(shape: Shape, amplitude_v: float, frequency_hz: float) -> np.ndarray:
+def waved(shape: Shape, amplitude_v: float, frequency_hz: float, offset_v: float = 0.0) -> np.ndarray:
     """A servo voltage (n,) of 24 s."""
-    generator = WaveformGenerator(STEP_S)
-    state = generator.initial_state(Waveform(shape, amplitude_v, 0.0, frequency_hz))
-    values = np.empty(1200)
-    for k in range(values.size):
-        state, values[k] = generator.step(state, None)
-    return values
+    return drive(Waveform(shape, amplitude_v, offset_v, frequency_hz), 1200, STEP_S)
 
 
 def run_of(rig: ModelSpec, servo: np.ndarray, seed: int) -> Run:
@@ -39,8 +35,9 @@ def run_of(rig: ModelSpec, servo: np.ndarray, seed: int) -> Run:
 
 def proposed(experiment: NextExperiment | None) -> np.ndarray:
     assert experiment is not None
-    assert (experiment.channel, experiment.drive, experiment.offset) == (Channel.POSITION, "voltage", 0.0)
-    return waved(Shape[experiment.shape.upper()], experiment.amplitude, experiment.frequency_hz)
+    assert (experiment.channel, experiment.drive) == (Channel.POSITION, "voltage")
+    shape = Shape[experiment.shape.upper()]
+    return waved(shape, experiment.amplitude, experiment.frequency_hz, experiment.offset)
 
 
 @pytest.mark.parametrize(

@@ -182,7 +182,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         rival = rival or other_dynamics(bench.problem, best, measure.floors[0])
         rivals = [p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best]
         # One that is there only in name, its effect fitted to nothing, is no other explanation.
-        peers = [p for p in rivals if p[0] > SAME or rivals_with(best, p[1], measure)]
+        peers = [p for p in rivals if not p[1].hollow and (p[0] > SAME or rivals_with(best, p[1], measure))]
         # Several effects that need nominal parameters further off than one of them have to explain all of it.
         parts = [e for _, e in scored if len(e.added) == 1 and set(e.added) < set(best.added)]
         further = measure.bent(best) and all(best.fit.penalty > e.fit.penalty for e in parts[:1])

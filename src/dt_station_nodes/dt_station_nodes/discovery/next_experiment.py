@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.channels import Channel
-from ..core.models import PathSimulator
-from ..core.waveforms import Shape, Waveform, WaveformGenerator
+from ..core.waveforms import Shape, Waveform
 from .channel import Finding
 from .hypothesis_fit import fit_hypothesis
 from .problem import Problem
+from .reach import drive, simulated, within_reach
 from .result import NextExperiment
 from .selection import Explanation
 from .windows import make_windows
@@ -39,22 +39,10 @@ def _proposals(problem: Problem) -> list[Waveform]:
     return found
 
 
-def _drive(waveform: Waveform, samples: int, sample_time_s: float) -> Array:
-    generator = WaveformGenerator(sample_time_s)
-    state = generator.initial_state(waveform)
-    values = np.empty(samples)
-    for k in range(samples):
-        state, values[k] = generator.step(state, None)
-    return values
-
-
 def _missed(problem: Problem, truth: Explanation, refitted: Explanation, voltage: Array) -> float:
     """RMS by which an explanation, refitted to what another one would give, still differs (over sigma)."""
-    simulator = problem.simulator
-    load = np.resize(simulator.load_pa, len(voltage)) if len(simulator.load_pa) else simulator.load_pa
-    made = PathSimulator(simulator.channel, simulator.sample_time_s, voltage, load, simulator.rest_pa, simulator.first)
-    target = made.simulate(truth.fit.path)
-    windows = make_windows(len(voltage), simulator.sample_time_s, 3.0, problem.windows.anchored)
+    made, target = simulated(problem, truth.fit.path, voltage)
+    windows = make_windows(len(voltage), made.sample_time_s, 3.0, problem.windows.anchored)
     imagined = replace(
         problem, simulator=made, measured=target, windows=windows, weights=np.ones(len(voltage)), noise=problem.noise
     )
@@ -82,8 +70,9 @@ def propose(finding: Finding, rivals: list[Explanation]) -> NextExperiment | Non
     samples = min(round(_SECONDS / step), 4000)
     pairs = list(combinations([finding.best, *rivals], 2))
     scored = []
-    for waveform in _proposals(problem):
-        voltage = _drive(waveform, samples, step)
+    for proposal in _proposals(problem):
+        waveform = within_reach(problem, finding.best.fit.path, proposal, samples)
+        voltage = drive(waveform, samples, step)
         told = [d for d in (_apart(problem, one, other, voltage) for one, other in pairs) if d >= _LEAST]
         scored.append(((len(told), min(told, default=0.0)), waveform))
     # As many pairs as can be: two names that nothing tells apart are no reason to leave the others open.
