@@ -39,6 +39,8 @@ _BY_LOAD = ("leakage", "against")
 _ABOUT = ("saturation", Channel.PRESSURE, ("straight", "centre_v"))
 # A port that closes past an end holds no piston there: from a stop no fit leads to it.
 _PORT = ("overflow", Channel.POSITION, ("lower_limit", "throttling"))
+# A valve set at rest makes up for what leaks there: a large leak that is not made up for would bend all else first.
+_MADE_UP = ("leakage", Channel.PRESSURE, ("made_up",))
 # Beside softer contacts and more joints a linkage that gives could be any loop.
 BY_ITSELF = ("backlash", "give")
 _MOST_PAIRS = 150
@@ -112,7 +114,7 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
             found += [Candidate(name, at, also=also) for at in places]
             formed = any(p.apart and not p.tried_first for p in effect.parameters) and (name, channel) not in _ONE_FORM
             found += [Candidate(name, effect.apart_at, apart=True)] * (apart and formed)
-            more = (form for *of, form in (_ABOUT, _PORT) if of == [name, channel])
+            more = (form for *of, form in (_ABOUT, _PORT, _MADE_UP) if of == [name, channel])
             found += [Candidate(name, also=form) for form in more if apart]
     return tuple(found)
 
