@@ -7,14 +7,22 @@ import numpy as np
 import pytest
 
 from dt_station_nodes.core.models import EffectSpec, PathSpec
+from dt_station_nodes.core.models.effects import registry
 from dt_station_nodes.discovery.selection import Explanation
-from dt_station_nodes.discovery.strangers import mimic, other_dynamics, stranger
+from dt_station_nodes.discovery.strangers import beside, mimic, other_dynamics, stranger
+
+
+def spec(name: str, parameters: dict[str, float]) -> EffectSpec:
+    """An effect with its numbers, those it needs at 1 where none are given."""
+    effect = registry()[name]
+    needed = {p.name: 1.0 for p in effect.parameters if not p.optional}
+    return EffectSpec.model_construct(name=name, at=None, parameters=effect.complete({**needed, **parameters}))
 
 
 def named(*names: str, **parameters: float) -> Explanation:
     """An explanation of which only its names count, and parameters of the last of them."""
-    effect = EffectSpec.model_construct(name=names[-1], at=None, parameters=parameters)
-    fit = SimpleNamespace(path=PathSpec.model_construct(effects=(effect,)))
+    effects = tuple(spec(name, parameters if name == names[-1] else {}) for name in names)
+    fit = SimpleNamespace(path=PathSpec.model_construct(effects=effects), hypothesis=SimpleNamespace(terms=()))
     return Explanation(cast(Any, fit), names, {}, (1.0,))
 
 
@@ -51,6 +59,23 @@ def test_one_that_can_only_be_the_name_or_has_more_names_is_no_mimic() -> None:
     assert not mimic(LAG, [(0.0, LAG), (1.0, named("trapped_air"))])
     assert not mimic(named("leakage"), [(1.0, named("cross_coupling", share=-0.02, lag_s=0.05))])
     assert not mimic(LIMIT, [(1.0, named("saturation", "memory")), (1.0, named("rate_limit"))])
+
+
+@pytest.mark.parametrize(("lag_s", "name"), [(0.01, ""), (0.0, "trapped_air")])
+def test_one_that_could_be_a_name_that_does_as_well_is_no_stranger_to_the_other(lag_s: float, name: str) -> None:
+    """A delay and a lag tie: soft air, itself a lag, does not make them doubtful; one of no length is no name."""
+    delay, lag, air = named("delay"), named("extra_lag", time_constant_s=lag_s), named("trapped_air", stiffening=0.1)
+    assert stranger(delay, [(0.0, delay), (0.1, lag), (4.5, air)], trifling=False, rough=False) == name
+    assert stranger(delay, [(0.0, delay), (6.5, lag), (4.5, air)], trifling=False, rough=False) == "trapped_air"
+
+
+@pytest.mark.parametrize("mends", [True, False])
+def test_a_set_with_a_stranger_stands_beside_the_name_it_holds_where_it_mends_all(mends: bool) -> None:
+    leak, gap = named("leakage"), named("dead_zone", "saturation")
+    talk, larger = named("leakage", "cross_coupling"), named("leakage", "bias")
+    scored = [(-400.0, talk), (-350.0, larger), (0.0, leak), (10.0, gap)]
+    found = [one for _, one in beside(leak, scored, lambda _: mends)]
+    assert found == ([gap, talk] if mends else [gap])
 
 
 def test_it_has_to_explain_much_more_where_next_to_nothing_is_left() -> None:

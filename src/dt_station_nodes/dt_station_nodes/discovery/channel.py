@@ -23,7 +23,7 @@ from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .sense import sensible
 from .settings import DiscoverySettings
 from .silence import as_parameters, fits_roughly, silent_verdict
-from .strangers import SAME, mimic, other_dynamics, stranger
+from .strangers import SAME, beside, mimic, other_dynamics, stranger
 from .tasks import StoppedError
 from .terms import nominal_terms
 from .workers import ALONE, Workers
@@ -153,8 +153,8 @@ def examine(
 def _mimicked(best: Explanation, known: list[Explanation], measure: Measure) -> bool:
     """Whether a form outside the vocabulary does as well in the place of one of several names."""
     strangers = [e for e in known if not e.inside and len(e.added) == len(best.added)]
-    beside = [e for e in strangers if len(set(e.added) & set(best.added)) == len(best.added) - 1]
-    return any(measure.left(e) < ALIKE * measure.left(best) for e in beside)
+    instead = [e for e in strangers if len(set(e.added) & set(best.added)) == len(best.added) - 1]
+    return any(measure.left(e) < ALIKE * measure.left(best) for e in instead)
 
 
 def crowded(names: tuple[str, ...], left: float, measure: Measure) -> bool:
@@ -188,7 +188,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         further = measure.bent(best) and all(best.fit.penalty > e.fit.penalty for e in parts[:1])
         few = len(best.added) == 1 or not further
         share = ROUGH_SHARE if measure.rough else (LEFT_SHARE if few else BENT_SHARE)
-        others = [(behind, e) for behind, e in scored if not set(best.added) <= set(e.added)]
+        others = beside(best, scored, lambda e: measure.left(e) < LEFT_NOISE * measure.noise)
         # A larger set that was not believed mends the form of its part.
         apart = (e for e in known if not set(best.added) < set(e.added))
         if few and not measure.rough and min(measure.left(e) for e in apart) > NOBODY_LEAVES * left:

@@ -1,6 +1,6 @@
 """Forms outside the vocabulary beside a set of names: which of them makes the names doubtful."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -23,13 +23,15 @@ def stranger(best: Explanation, scored: Sequence[tuple[float, Explanation]], tri
 
     `scored`: how far each explanation is behind the best set, foremost first; `trifling`: that set leaves next to
     nothing. One that holds the names as special cases, and any where data are rough, has to explain clearly more; one
-    that would hold them, were it not in its plain form, just more.
+    that would hold them, were it not in its plain form, just more; and so it is with what does as well as the best set.
     """
     more = TRIFLE if trifling else SAME
+    as_many = (p for p in scored if p[1].inside and len(p[1].added) == len(best.added) and p[1] is not best)
+    named = [(0.0, best), *(p for p in as_many if p[0] < SAME and not p[1].hollow)]
     for behind, other in scored:
         if other.inside or len(other.added) > len(best.added):
             continue
-        if behind < (-more if rough else _limit(other, best, more)):
+        if behind < (-more if rough else min(ahead + _limit(other, one, more) for ahead, one in named)):
             return next(name for name in other.added if not in_vocabulary(name))
     return ""
 
@@ -41,6 +43,18 @@ def mimic(best: Explanation, scored: Sequence[tuple[float, Explanation]]) -> str
         if as_many and 0.0 <= behind < SAME and _limit(other, best, SAME) >= 0.0:
             return next(name for name in other.added if not in_vocabulary(name))
     return ""
+
+
+def beside(
+    best: Explanation, scored: Sequence[tuple[float, Explanation]], mended: Callable[[Explanation], bool]
+) -> list[tuple[float, Explanation]]:
+    """Explanations that do without the best set, and those that need a form outside the vocabulary besides.
+
+    Of these what is not `mended` may be the set's own form that is not quite the rig's.
+    """
+    without = (p for p in scored if not set(best.added) <= set(p[1].added))
+    foreign = (p for p in scored if set(best.added) <= set(p[1].added) and not p[1].inside and mended(p[1]))
+    return [*without, *foreign]
 
 
 def other_dynamics(problem: Problem, best: Explanation, floor: float) -> str:
