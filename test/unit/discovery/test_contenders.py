@@ -7,7 +7,7 @@ import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, PathSpec
-from dt_station_nodes.core.models.effects import Attachment
+from dt_station_nodes.core.models.effects import Attachment, Quantity
 from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.contenders import AS_LITTLE, contenders
 from dt_station_nodes.discovery.result import Verdict
@@ -33,7 +33,7 @@ def finding(
         scores=tuple(behind for _, behind in ranked),
         alternatives=(names,),
         rival=rival,
-        problem=SimpleNamespace(channel=Channel.PRESSURE),
+        problem=SimpleNamespace(channel=Channel.PRESSURE, scales={Quantity.INPUT_PEAK: 4.0}),
     )
     return cast("Finding", made)
 

@@ -6,21 +6,24 @@ import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, ModelSpec
-from dt_station_nodes.core.models.effects import Attachment
+from dt_station_nodes.core.models.effects import Attachment, Quantity
 from dt_station_nodes.discovery.namesakes import namesakes
 
 PAPER = ModelSpec.from_yaml((Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text("utf-8"))
 
 
+SCALES = {Quantity.INPUT_PEAK: 4.0}
+
+
 def others(channel: Channel, loop: dict[str, float], *beside: str) -> tuple[tuple[str, ...], ...]:
     path = PAPER.with_effect(channel, "hysteresis", {"half_width_v": 0.1, **loop}).paths[channel]
-    return namesakes(path, (*beside, "hysteresis"), channel)
+    return namesakes(path, (*beside, "hysteresis"), channel, SCALES)
 
 
 def play(at: Attachment, channel: Channel = Channel.PRESSURE, **form: float) -> tuple[tuple[str, ...], ...]:
     effect = EffectSpec(name="backlash", at=at, parameters={"half_width": 0.1, **form})
     path = PAPER.paths[channel].model_copy(update={"effects": (effect,)})
-    return namesakes(path, ("backlash",), channel)
+    return namesakes(path, ("backlash",), channel, SCALES)
 
 
 def test_so_may_play_on_the_voltage_and_one_that_gives_a_spool_with_mass() -> None:
@@ -32,6 +35,7 @@ def test_so_may_play_on_the_voltage_and_one_that_gives_a_spool_with_mass() -> No
 
 def test_play_on_a_cylinders_valve_and_a_loop_with_corners_are_one() -> None:
     assert play(Attachment.INPUT, Channel.POSITION) == (("hysteresis",),)
+    assert play(Attachment.INPUT, Channel.POSITION, spread=0.2) == (("hysteresis",),)
     assert play(Attachment.INPUT, Channel.POSITION, lag_s=0.02) == ((),)
     assert play(Attachment.OUTPUT, Channel.POSITION) == ((),)
     assert others(Channel.POSITION, {}) == (("backlash",),)
@@ -68,4 +72,23 @@ def test_what_stops_a_positions_reading_and_not_the_piston_may_be_its_sensors_ra
 ) -> None:
     effect = EffectSpec(name="overflow", at=at, parameters={"limit": 0.05})
     path = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (effect,)})
-    assert namesakes(path, ("overflow",), Channel.POSITION) == (also,)
+    assert namesakes(path, ("overflow",), Channel.POSITION, SCALES) == (also,)
+
+
+@pytest.mark.parametrize(
+    ("form", "also"),
+    [
+        ({"upper_v": 8.0, "knee": 0.6}, ("cubic_stiffness",)),
+        ({"upper_v": 4.5, "knee": 0.6}, ()),
+        ({"upper_v": 8.0, "knee": 0.1}, ()),
+        ({"upper_v": 2.4, "straight": 0.0, "passing": 0.3, "centre_v": -0.6}, ("cubic_stiffness",)),
+        ({"upper_v": 2.4, "straight": 0.0}, ()),
+        ({"upper_v": 2.4, "passing": 0.3}, ()),
+    ],
+)
+def test_a_curve_that_bends_softly_and_meets_no_limit_may_be_a_spring(
+    form: dict[str, float], also: tuple[str, ...]
+) -> None:
+    path = PAPER.with_effect(Channel.PRESSURE, "saturation", {"lower_v": -1e9, **form}).paths[Channel.PRESSURE]
+    assert namesakes(path, ("saturation",), Channel.PRESSURE, SCALES) == (also,)
+    assert namesakes(path, ("saturation", "cubic_stiffness"), Channel.PRESSURE, SCALES)[0] == ()

@@ -221,7 +221,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         if without.verdict is Verdict.NAMED:
             return without
     if verdict is Verdict.NAMED:
-        more = namesakes(best.fit.path, best.added, bench.problem.channel)
+        more = namesakes(best.fit.path, best.added, bench.problem.channel, bench.problem.scales)
         instead = tuple((*own, *(n for n in same if n not in own)) for own, same in zip(instead, more, strict=True))
     if verdict is Verdict.PARAMETERS_ONLY:
         near = [e for behind, e in scored if behind < SAME and e.inside and len(e.added) == 1 and certain(e, measure)]

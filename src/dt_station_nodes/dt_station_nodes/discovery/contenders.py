@@ -27,7 +27,7 @@ def contenders(finding: Finding, overall: Verdict) -> list[Explanation]:
 def _same_size(finding: Finding) -> list[Explanation]:
     """Sets as large that hold a name which could stand in place of one, unless no run tells the two apart."""
     best = finding.best
-    same = namesakes(best.fit.path, best.added, finding.problem.channel)
+    same = namesakes(best.fit.path, best.added, finding.problem.channel, finding.problem.scales)
     groups = zip(finding.alternatives, same, strict=True)
     names = {name for group, alike in groups for name in group if name not in alike}
     ranked = (e for e in finding.ranking if len(e.added) == len(best.added) and e is not best)

@@ -1,8 +1,10 @@
 """Other names of what a form does: no run tells them apart."""
 
+from collections.abc import Mapping
+
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
-from ..core.models.effects import Attachment, registry
+from ..core.models.effects import Attachment, Quantity, registry
 
 _SHARE = 0.05  # of a smooth loop, in one that counts as sharp,
 _WHOLE = 0.1  # and how far several may be from letting all of the voltage through;
@@ -10,22 +12,31 @@ _GIVE = 0.4  # a linkage that gives lets so much pass beside its play
 _LOOPS = ("hysteresis", "backlash")
 _SMOOTH = ("closes_v", "bend_per_v")
 _CORNERED = 4.0  # Bouc-Wen exponent from which a loop turns like a play operator
-_SOFT = ("lag_s", "spread", "coast_s")
+_SOFT = ("lag_s", "coast_s")
+_BENT = 0.3  # knee from which a limit is met so softly that it is none within the run,
+_BEYOND = 1.3  # times whose highest voltage it lies,
+_GOES_ON = 0.2  # or beyond which so much goes on
 
 
-def namesakes(path: PathSpec, added: tuple[str, ...], channel: Channel) -> tuple[tuple[str, ...], ...]:
-    """For each effect added to a path, names that stand for it as well.
+def namesakes(
+    path: PathSpec, added: tuple[str, ...], channel: Channel, scales: Mapping[Quantity, float]
+) -> tuple[tuple[str, ...], ...]:
+    """For each effect added to a path, names that stand for it as well; `scales` are the run's.
 
     A loop with sharp corners on a valve's voltage is what its linkage does, with play, and, of a pressure valve, what
     its spool does, held by dry friction. Play there whose contact gives or whose load coasts is a spool with mass that
     is held. What stops a position's reading alone, while the piston goes on, is its sensor's range. Several plays that
     all of a voltage goes through are a linkage of several joints, or a spool whose friction yields before it slides.
+    A pressure valve whose curve bends softly and meets no limit in the run is held by a spring that hardens.
     """
-    found = {effect.name: _names(effect, added, channel) for effect in path.effects}
+    peak = scales[Quantity.INPUT_PEAK]
+    found = {effect.name: _names(effect, added, channel, peak) for effect in path.effects}
     return tuple(found.get(name, ()) for name in added)
 
 
-def _names(effect: EffectSpec, added: tuple[str, ...], channel: Channel) -> tuple[str, ...]:
+def _names(effect: EffectSpec, added: tuple[str, ...], channel: Channel, peak_v: float) -> tuple[str, ...]:
+    if channel is Channel.PRESSURE and _only_bends(effect, peak_v) and "cubic_stiffness" not in added:
+        return ("cubic_stiffness",)
     if channel is Channel.POSITION and effect.name == "overflow" and effect.at is Attachment.OUTPUT:
         return ("saturation",)
     if _joints(effect):
@@ -46,6 +57,17 @@ def _others(effect: EffectSpec) -> tuple[str, ...]:
 def sharp_loop(effect: EffectSpec) -> bool:
     """Whether a loop has the corners of a play operator and little passes beside it."""
     return _plays(effect, _GIVE) and effect.parameters.get("spread", 0.0) < _SHARE
+
+
+def _only_bends(effect: EffectSpec, peak_v: float) -> bool:
+    """Whether a limit is none that the run meets: its curve bends softly all the way."""
+    entry = registry()["saturation"]
+    if effect.name != entry.name or effect.place is not Attachment.INPUT:
+        return False
+    limit = entry.complete(effect.parameters)
+    far = limit["upper_v"] - max(limit["centre_v"], 0.0) > _BEYOND * peak_v
+    soft = limit["knee"] > _BENT or limit["straight"] < _SHARE
+    return soft and (far or limit["passing"] > _GOES_ON)
 
 
 def _joints(effect: EffectSpec) -> bool:
