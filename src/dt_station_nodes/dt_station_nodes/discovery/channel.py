@@ -218,7 +218,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         # What others do as well, or bends the model and is not believed, mends the form of the rest.
         fewer = [e for e in known if len(e.added) < len(best.added)]
         without = _decide(bench, given, null, fewer, interrupted)
-        if without.verdict is Verdict.NAMED:
+        if without.verdict is Verdict.NAMED or (vague and left > MOSTLY * measure.left(without.best)):
             return without
     if verdict is Verdict.NAMED:
         more = namesakes(best.fit.path, best.added, bench.problem.channel, bench.problem.scales)
