@@ -54,6 +54,14 @@ def test_the_voltage_is_balanced_against_a_null_that_is_off() -> None:
     assert reached.offset == pytest.approx(-0.4, abs=0.01)
 
 
+def test_a_piston_that_sags_back_to_its_rest_needs_no_balance() -> None:
+    numbers = {"coefficient": 0.0, "sag_per_s": 1.0}
+    path = PAPER.with_effect(Channel.POSITION, "leakage", numbers).paths[Channel.POSITION]
+    alone = path.model_copy(update={"disturbance": None})
+    small = Waveform(Shape.SQUARE, 0.2, 0.0, 0.4)
+    assert within_reach(problem_of(Channel.POSITION, SERVO), alone, small, SAMPLES).offset == 0.0
+
+
 def test_what_comes_to_rest_by_itself_is_driven_as_asked() -> None:
     problem = problem_of(Channel.PRESSURE, SERVO)
     assert within_reach(problem, PAPER.paths[Channel.PRESSURE], LARGE, SAMPLES) == LARGE

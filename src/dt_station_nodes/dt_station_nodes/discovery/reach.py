@@ -15,6 +15,7 @@ _TRAVEL = 1.5  # times the travel of the run is what an output that integrates m
 _PASSES = 2  # between its travel and the voltage at which it stays,
 _ROUNDS = 3  # of the search for that,
 _FIRST_STEP = 0.05  # of the amplitude
+_STAYS = 0.05  # of the travel: what drifts by less in the whole run is left alone
 
 
 def drive(waveform: Waveform, samples: int, sample_time_s: float) -> Array:
@@ -58,7 +59,12 @@ def _balanced(problem: Problem, path: PathSpec, waveform: Waveform, samples: int
     """With the offset at which the output comes back after whole periods: a search by secants."""
     period = 1.0 / (waveform.frequency_hz * problem.simulator.sample_time_s)
     whole = int(samples / period)
-    first, last = (round(period) - 1, round(whole * period) - 1) if whole > 1 else (0, samples - 1)
+    # What moved at first has come to rest by the last of them.
+    first, last = (round((whole - 1) * period) - 1, round(whole * period) - 1) if whole > 1 else (0, samples - 1)
+
+    moved = _moved(problem, path, waveform, samples)
+    if max(whole, 1) * abs(moved[last] - moved[first]) <= _STAYS * float(np.ptp(moved)):
+        return waveform
 
     def drift(offset: float) -> float:
         moved = _moved(problem, path, replace(waveform, offset=offset), samples)
