@@ -85,8 +85,9 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
             {"rate_per_s": 0.0, "heat_per_v2": -0.01, "heat_s": 8.0},
             {"rate_per_s": 0.0, "heat_per_v2": -0.01, "heat_s": 4.5},
         ),
-        ("cubic_stiffness", {"coefficient": -400.0, "linear": 3.0}, {"coefficient": -400.0, "linear": 0.1}),
+        ("cubic_stiffness", {"coefficient": -400.0, "linear": 1.0}, {"coefficient": -400.0, "linear": 0.1}),
         ("cubic_stiffness", {"coefficient": 4.0}, {"coefficient": -4.0, "centre": 0.06}),
+        ("cubic_stiffness", {"coefficient": -400.0, "linear": 1.0}, {"coefficient": -0.1, "linear": 3.0}),
         (
             "cubic_stiffness",
             {"coefficient": 400.0, "linear": 3.0, "centre": -0.06},

@@ -114,8 +114,9 @@ def _hardens(path: PathSpec, problem: Problem) -> bool:
     sides = min(np.mean(above < -spring["play"]), np.mean(above > spring["play"])) if spring["play"] > 0.0 else 1.0
     if problem.channel is Channel.PRESSURE and (sides < REACHED or not near):
         return False
-    if problem.windows.anchored and spring["coefficient"] < 0.0:
-        return spring["linear"] > abs(spring["coefficient"]) * float(np.max(np.square(above)))
+    pulls = spring["linear"] > -spring["coefficient"] * float(np.max(np.square(above)))
+    if problem.windows.anchored and spring["coefficient"] < 0.0 and not pulls:
+        return False
     travel_squared = problem.scales[Quantity.INPUT_PER_OUTPUT] / problem.scales[Quantity.INPUT_PER_OUTPUT_CUBED]
     bent = float(np.mean(problem.measured)) - path.rest - spring["centre"]
     return abs(spring["coefficient"]) * max(travel_squared, bent**2) > LEAST_CUBE * abs(spring["linear"])
