@@ -32,6 +32,12 @@ PAPER = ModelSpec.from_yaml((Path(__file__).resolve().parents[3] / "config/model
 TWO = ("delay", "rate_limit")
 
 
+@pytest.fixture(autouse=True)
+def numbered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The sets here have names and no numbers: none is taken for one in name only."""
+    monkeypatch.setattr(Explanation, "hollow", False)
+
+
 @pytest.fixture(scope="module")
 def fitted() -> tuple[Measure, Explanation]:
     """A run in which nothing is missing, its null, and the measure that this gives."""
@@ -250,6 +256,32 @@ def test_a_name_that_leaves_a_little_is_told_with_one_that_leaves_not_much_more(
     monkeypatch.setattr(channel, "sensible", lambda *_: True)
     found = _decide(measure.bench, null.fit.residual, null, [null, named, other], interrupted=False)
     assert found.alternatives == ((("friction",),) if told_together else ((),))
+
+
+def test_what_is_there_in_name_only_stands_for_no_name(
+    fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    measure, _ = fitted
+    null, named, other = leaving(fitted, 5.0), leaving(fitted, 0.1, "dead_zone"), leaving(fitted, 0.3, "friction")
+    monkeypatch.setattr(channel, "best_set", lambda *_: named)
+    monkeypatch.setattr(channel, "sensible", lambda *_: True)
+    monkeypatch.setattr(Explanation, "hollow", property(lambda self: self is other))
+    found = _decide(measure.bench, null.fit.residual, null, [null, named, other], interrupted=False)
+    assert found.verdict is Verdict.NAMED
+    assert found.alternatives == ((),)
+
+
+@pytest.mark.parametrize(("alone", "named"), [(20.0, ("delay",)), (80.0, TWO)])
+def test_a_second_name_that_could_be_many_has_to_mend_much_where_the_first_is_not_believed(
+    fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, alone: float, named: tuple[str, ...]
+) -> None:
+    monkeypatch.setattr(choice, "certain", lambda *_: True)
+    monkeypatch.setattr(channel, "sensible", lambda *_: True)
+    null, one, two = (leaving(fitted, left, *names) for left, names in ((150.0, ()), (alone, ("delay",)), (15.0, TWO)))
+    as_well = [leaving(fitted, 15.0, "delay", name) for name in ("bias", "backlash", "hysteresis")]
+    monkeypatch.setattr(channel, "best_set", lambda _, known, __: two if two in known else one)
+    found = _decide(fitted[0].bench, null.fit.residual, null, [null, one, two, *as_well], interrupted=False)
+    assert found.best.added == named
 
 
 @pytest.mark.parametrize(
