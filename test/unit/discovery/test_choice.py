@@ -271,7 +271,7 @@ def test_what_is_there_in_name_only_stands_for_no_name(
     assert found.alternatives == ((),)
 
 
-@pytest.mark.parametrize(("alone", "named"), [(20.0, ("delay",)), (80.0, TWO)])
+@pytest.mark.parametrize(("alone", "named"), [(29.0, ("delay",)), (80.0, TWO)])
 def test_a_second_name_that_could_be_many_has_to_mend_much_where_the_first_is_not_believed(
     fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, alone: float, named: tuple[str, ...]
 ) -> None:
