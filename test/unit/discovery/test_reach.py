@@ -62,6 +62,19 @@ def test_a_piston_that_sags_back_to_its_rest_needs_no_balance() -> None:
     assert within_reach(problem_of(Channel.POSITION, SERVO), alone, small, SAMPLES).offset == 0.0
 
 
+@pytest.mark.parametrize("frequency_hz", [0.1, 0.4, 1.5])
+@pytest.mark.parametrize(
+    ("effect", "numbers"), [("leakage", {"coefficient": 0.0, "sag_per_s": 2.0}), ("bias", {"bias_v": 3.0})]
+)
+def test_no_voltage_is_asked_for_that_the_run_did_not_see(
+    effect: str, numbers: dict[str, float], frequency_hz: float
+) -> None:
+    path = PAPER.with_effect(Channel.POSITION, effect, numbers).paths[Channel.POSITION]
+    asked = Waveform(Shape.TRIANGLE, 0.25, 0.0, frequency_hz)
+    reached = within_reach(problem_of(Channel.POSITION, SERVO), path, asked, SAMPLES)
+    assert abs(reached.offset) + reached.amplitude <= np.abs(SERVO).max()
+
+
 def test_what_comes_to_rest_by_itself_is_driven_as_asked() -> None:
     problem = problem_of(Channel.PRESSURE, SERVO)
     assert within_reach(problem, PAPER.paths[Channel.PRESSURE], LARGE, SAMPLES) == LARGE

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSimulator, PathSpec
+from ..core.models.effects import Quantity
 from ..core.waveforms import Waveform, WaveformGenerator
 from .problem import Problem
 
@@ -15,6 +16,8 @@ _TRAVEL = 1.5  # times the travel of the run is what an output that integrates m
 _PASSES = 2  # between its travel and the voltage at which it stays,
 _ROUNDS = 3  # of the search for that,
 _FIRST_STEP = 0.05  # of the amplitude
+_MOST_OFFSET = 0.5  # of the run's highest voltage
+_HELPS = 0.5  # times the drift without it is the most that an offset may leave
 _STAYS = 0.05  # of the travel: what drifts by less in the whole run is left alone
 
 
@@ -70,14 +73,18 @@ def _balanced(problem: Problem, path: PathSpec, waveform: Waveform, samples: int
         moved = _moved(problem, path, replace(waveform, offset=offset), samples)
         return float(moved[last] - moved[first])
 
-    reach = waveform.amplitude
-    offsets = [waveform.offset, waveform.offset + _FIRST_STEP * reach]
+    most = _MOST_OFFSET * problem.scales[Quantity.INPUT_PEAK]
+    offsets = [waveform.offset, waveform.offset + _FIRST_STEP * waveform.amplitude]
     drifts = [drift(offset) for offset in offsets]
     for _ in range(_ROUNDS):
         change = drifts[-1] - drifts[-2]
         if abs(change) <= 1e-9 * abs(drifts[-1]):
             break
         moves = -drifts[-1] * (offsets[-1] - offsets[-2]) / change
-        offsets.append(offsets[-1] + float(np.clip(moves, -reach, reach)))
+        offsets.append(float(np.clip(offsets[-1] + moves, -most, most)))
+        if offsets[-1] == offsets[-2]:
+            break
         drifts.append(drift(offsets[-1]))
-    return replace(waveform, offset=offsets[int(np.argmin(np.abs(drifts)))])
+    best = int(np.argmin(np.abs(drifts)))
+    # What comes back by itself is hardly moved by an offset.
+    return replace(waveform, offset=offsets[best]) if abs(drifts[best]) < _HELPS * abs(drifts[0]) else waveform
