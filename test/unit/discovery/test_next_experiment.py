@@ -8,9 +8,8 @@ import pytest
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PlantModel
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.core.waveforms import Shape, Waveform
+from dt_station_nodes.core.waveforms import Shape, Waveform, waveform_samples
 from dt_station_nodes.discovery import NextExperiment, Verdict, discover
-from dt_station_nodes.discovery.reach import drive
 
 PAPER = ModelSpec.from_yaml(
     (Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text(encoding="utf-8")
@@ -20,7 +19,7 @@ STEP_S = 0.02
 
 def waved(shape: Shape, amplitude_v: float, frequency_hz: float, offset_v: float = 0.0) -> np.ndarray:
     """A servo voltage (n,) of 24 s."""
-    return drive(Waveform(shape, amplitude_v, offset_v, frequency_hz), 1200, STEP_S)
+    return waveform_samples(Waveform(shape, amplitude_v, offset_v, frequency_hz), STEP_S, 1200)
 
 
 def run_of(rig: ModelSpec, servo: np.ndarray, seed: int) -> Run:

@@ -8,9 +8,9 @@ import pytest
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PlantModel
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.core.waveforms import Shape, Waveform
+from dt_station_nodes.core.waveforms import Shape, Waveform, waveform_samples
 from dt_station_nodes.discovery.problem import Problem, make_problem
-from dt_station_nodes.discovery.reach import drive, simulated, within_reach
+from dt_station_nodes.discovery.reach import simulated, within_reach
 from dt_station_nodes.discovery.settings import DiscoverySettings
 
 PAPER = ModelSpec.from_yaml(
@@ -29,7 +29,7 @@ def problem_of(channel: Channel, servo: np.ndarray) -> Problem:
     return make_problem(run, PAPER, channel, DiscoverySettings())
 
 
-SERVO = drive(Waveform(Shape.SINE, 1.0, 0.0, 0.5), SAMPLES, STEP_S)
+SERVO = waveform_samples(Waveform(Shape.SINE, 1.0, 0.0, 0.5), STEP_S, SAMPLES)
 LARGE = Waveform(Shape.SQUARE, 2.0, 0.0, 0.1)
 
 
@@ -41,7 +41,7 @@ def test_a_piston_neither_drifts_nor_leaves_where_it_was_seen(effect: str, numbe
     problem = problem_of(Channel.POSITION, SERVO)
     path = PAPER.with_effect(Channel.POSITION, effect, numbers).paths[Channel.POSITION]
     reached = within_reach(problem, path, LARGE, SAMPLES)
-    _, moved = simulated(problem, path, drive(reached, SAMPLES, STEP_S))
+    _, moved = simulated(problem, path, waveform_samples(reached, STEP_S, SAMPLES))
     assert (reached.shape, reached.frequency_hz) == (LARGE.shape, LARGE.frequency_hz)
     seen = float(np.ptp(problem.measured))
     assert abs(np.polyfit(np.arange(SAMPLES), moved, 1)[0]) * SAMPLES < 0.5 * seen

@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.channels import Channel
-from ..core.waveforms import Shape, Waveform
+from ..core.waveforms import Shape, Waveform, waveform_samples
 from .channel import Finding
 from .hypothesis_fit import fit_hypothesis
 from .problem import Problem
-from .reach import drive, simulated, within_reach
+from .reach import simulated, within_reach
 from .result import NextExperiment
 from .selection import Explanation
 from .windows import make_windows
@@ -72,7 +72,7 @@ def propose(finding: Finding, rivals: list[Explanation]) -> NextExperiment | Non
     scored = []
     for proposal in _proposals(problem):
         waveform = within_reach(problem, finding.best.fit.path, proposal, samples)
-        voltage = drive(waveform, samples, step)
+        voltage = waveform_samples(waveform, step, samples)
         told = [d for d in (_apart(problem, one, other, voltage) for one, other in pairs) if d >= _LEAST]
         scored.append(((len(told), min(told, default=0.0)), waveform))
     # As many pairs as can be: two names that nothing tells apart are no reason to leave the others open.

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSimulator, PathSpec
 from ..core.models.effects import Quantity
-from ..core.waveforms import Waveform, WaveformGenerator
+from ..core.waveforms import Waveform, waveform_samples
 from .problem import Problem
 
 Array = NDArray[np.float64]
@@ -19,16 +19,6 @@ _FIRST_STEP = 0.05  # of the amplitude
 _MOST_OFFSET = 0.5  # of the run's highest voltage
 _HELPS = 0.5  # times the drift without it is the most that an offset may leave
 _STAYS = 0.05  # of the travel: what drifts by less in the whole run is left alone
-
-
-def drive(waveform: Waveform, samples: int, sample_time_s: float) -> Array:
-    """A waveform's voltage (V), shape (samples,)."""
-    generator = WaveformGenerator(sample_time_s)
-    state = generator.initial_state(waveform)
-    values = np.empty(samples)
-    for k in range(samples):
-        state, values[k] = generator.step(state, None)
-    return values
 
 
 def simulated(problem: Problem, path: PathSpec, voltage: Array) -> tuple[PathSimulator, Array]:
@@ -46,45 +36,48 @@ def within_reach(problem: Problem, path: PathSpec, waveform: Waveform, samples: 
     """
     if not problem.windows.anchored:
         return waveform
+    shape = waveform_samples(replace(waveform, amplitude=1.0, offset=0.0), problem.simulator.sample_time_s, samples)
     most = _TRAVEL * float(np.ptp(problem.measured))
     for _ in range(_PASSES):
-        waveform = _balanced(problem, path, waveform, samples)
-        travel = float(np.ptp(_moved(problem, path, waveform, samples)))
+        waveform = _balanced(problem, path, waveform, shape)
+        travel = float(np.ptp(_moved(problem, path, waveform, shape)))
         waveform = replace(waveform, amplitude=waveform.amplitude * min(1.0, most / max(travel, 1e-12)))
-    return _balanced(problem, path, waveform, samples)
+    return _balanced(problem, path, waveform, shape)
 
 
-def _moved(problem: Problem, path: PathSpec, waveform: Waveform, samples: int) -> Array:
-    return simulated(problem, path, drive(waveform, samples, problem.simulator.sample_time_s))[1]
+def _moved(problem: Problem, path: PathSpec, waveform: Waveform, shape: Array) -> Array:
+    """Where a waveform drives the output, `shape` (n,) being it at amplitude 1 about 0."""
+    return simulated(problem, path, waveform.offset + waveform.amplitude * shape)[1]
 
 
-def _balanced(problem: Problem, path: PathSpec, waveform: Waveform, samples: int) -> Waveform:
+def _balanced(problem: Problem, path: PathSpec, waveform: Waveform, shape: Array) -> Waveform:
     """With the offset at which the output comes back after whole periods: a search by secants."""
+    samples = len(shape)
     period = 1.0 / (waveform.frequency_hz * problem.simulator.sample_time_s)
     whole = int(samples / period)
     # What moved at first has come to rest by the last of them.
     first, last = (round((whole - 1) * period) - 1, round(whole * period) - 1) if whole > 1 else (0, samples - 1)
 
-    moved = _moved(problem, path, waveform, samples)
-    if max(whole, 1) * abs(moved[last] - moved[first]) <= _STAYS * float(np.ptp(moved)):
-        return waveform
-
-    def drift(offset: float) -> float:
-        moved = _moved(problem, path, replace(waveform, offset=offset), samples)
+    def drift(moved: Array) -> float:
         return float(moved[last] - moved[first])
 
+    def at(offset: float) -> tuple[float, float]:
+        return drift(_moved(problem, path, replace(waveform, offset=offset), shape)), offset
+
+    moved = _moved(problem, path, waveform, shape)
+    alone = drift(moved)
+    if max(whole, 1) * abs(alone) <= _STAYS * float(np.ptp(moved)):
+        return waveform
     most = _MOST_OFFSET * problem.scales[Quantity.INPUT_PEAK]
-    offsets = [waveform.offset, waveform.offset + _FIRST_STEP * waveform.amplitude]
-    drifts = [drift(offset) for offset in offsets]
+    tried = [(alone, waveform.offset), at(waveform.offset + _FIRST_STEP * waveform.amplitude)]
     for _ in range(_ROUNDS):
-        change = drifts[-1] - drifts[-2]
-        if abs(change) <= 1e-9 * abs(drifts[-1]):
+        (before, back), (now, here) = tried[-2:]
+        if abs(now - before) <= 1e-9 * abs(now):
             break
-        moves = -drifts[-1] * (offsets[-1] - offsets[-2]) / change
-        offsets.append(float(np.clip(offsets[-1] + moves, -most, most)))
-        if offsets[-1] == offsets[-2]:
+        there = float(np.clip(here - now * (here - back) / (now - before), -most, most))
+        if there == here:
             break
-        drifts.append(drift(offsets[-1]))
-    best = int(np.argmin(np.abs(drifts)))
+        tried.append(at(there))
+    left, offset = min(tried, key=lambda one: abs(one[0]))
     # What comes back by itself is hardly moved by an offset.
-    return replace(waveform, offset=offsets[best]) if abs(drifts[best]) < _HELPS * abs(drifts[0]) else waveform
+    return replace(waveform, offset=offset) if abs(left) < _HELPS * abs(alone) else waveform

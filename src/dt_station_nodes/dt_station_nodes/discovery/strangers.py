@@ -52,9 +52,7 @@ def beside(
 
     Of these what is not `mended` may be the set's own form that is not quite the rig's.
     """
-    without = (p for p in scored if not set(best.added) <= set(p[1].added))
-    foreign = (p for p in scored if set(best.added) <= set(p[1].added) and not p[1].inside and mended(p[1]))
-    return [*without, *foreign]
+    return [p for p in scored if not set(best.added) <= set(p[1].added) or (not p[1].inside and mended(p[1]))]
 
 
 def other_dynamics(problem: Problem, best: Explanation, floor: float) -> str:
