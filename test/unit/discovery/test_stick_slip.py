@@ -88,3 +88,14 @@ def test_a_fit_beside_the_stairs_steps_onto_them() -> None:
     better = stepped(problem, fit)
     assert better.fitted.cost < 0.5 * fit.fitted.cost
     assert float(np.std(better.residual)) < 1.2 * problem.noise
+
+
+def test_stairs_with_many_steps_are_found_from_far() -> None:
+    problem = make_problem(run(0.45, 0.344, 0), SPEC, Channel.PRESSURE, DiscoverySettings())
+    far = add_effect(BARE, Candidate("friction", apart=True), {"coulomb_v": 0.425, "slip": 0.13})
+    begin = hypothesis(problem, far, nominal_terms(BARE, problem.signal), {"friction": ("coulomb_v", "slip")})
+    fit = stepped(problem, fit_hypothesis(problem, begin, iterations=10))
+    assert float(np.std(fit.residual)) < 1.1 * problem.noise
+    spool = fit.path.effect("friction").parameters
+    assert spool["coulomb_v"] == pytest.approx(0.45, rel=0.02)
+    assert spool["slip"] == pytest.approx(1.0 - 0.344 / 0.45, abs=0.01)

@@ -16,6 +16,8 @@ _SOFT = ("lag_s", "coast_s")
 _BENT = 0.3  # knee from which a limit is met so softly that it is none within the run,
 _BEYOND = 1.3  # times whose highest voltage it lies,
 _GOES_ON = 0.2  # or beyond which so much goes on
+_UNLIKE = 0.2  # of a lag: by so much more in one direction than on the mean of both it answers that one less
+_WAYS = ("unequal", "closing")
 
 
 def namesakes(
@@ -27,7 +29,8 @@ def namesakes(
     its spool does, held by dry friction. Play there whose contact gives or whose load coasts is a spool with mass that
     is held. What stops a position's reading alone, while the piston goes on, is its sensor's range. Several plays that
     all of a voltage goes through are a linkage of several joints, or a spool whose friction yields before it slides.
-    A pressure valve whose curve bends softly and meets no limit in the run is held by a spring that hardens.
+    A pressure valve whose curve bends softly and meets no limit in the run is held by a spring that hardens. A pressure
+    that lags more one way is one that fills quicker than it vents.
     """
     peak = scales[Quantity.INPUT_PEAK]
     found = {effect.name: _names(effect, added, channel, peak) for effect in path.effects}
@@ -37,6 +40,8 @@ def namesakes(
 def _names(effect: EffectSpec, added: tuple[str, ...], channel: Channel, peak_v: float) -> tuple[str, ...]:
     if channel is Channel.PRESSURE and _only_bends(effect, peak_v) and "cubic_stiffness" not in added:
         return ("cubic_stiffness",)
+    if channel is Channel.PRESSURE and _one_way(effect) and "asymmetric_gain" not in added:
+        return ("asymmetric_gain",)
     if channel is Channel.POSITION and effect.name == "overflow" and effect.at is Attachment.OUTPUT:
         return ("saturation",)
     if _joints(effect):
@@ -68,6 +73,12 @@ def _only_bends(effect: EffectSpec, peak_v: float) -> bool:
     far = limit["upper_v"] - max(limit["centre_v"], 0.0) > _BEYOND * peak_v
     soft = limit["knee"] > _BENT or limit["straight"] < _SHARE
     return soft and (far or limit["passing"] > _GOES_ON)
+
+
+def _one_way(effect: EffectSpec) -> bool:
+    """Whether a lag is that of one direction more than of the other."""
+    lags = registry()["extra_lag"].complete(effect.parameters) if effect.name == "extra_lag" else {}
+    return any(abs(lags.get(way, 0.0)) > _UNLIKE for way in _WAYS)
 
 
 def _joints(effect: EffectSpec) -> bool:

@@ -9,8 +9,10 @@ from ..core.models import PathSpec
 from ..core.models.effects import Attachment, Quantity, registry
 from .odds import creeps_uphill
 from .problem import Problem
+from .relieves import all_said, limits
 from .selection import Explanation
 from .terms import AWAY
+from .timing import with_numbers
 
 MOST_DAMPED = 0.42
 RINGING = 0.25  # damping up to which a mode rings however little it carries;
@@ -18,14 +20,13 @@ LEAST_PEAK = 0.75  # one of more has to carry so much at its frequency, of what 
 FEWEST_TURNS = 1.5  # in a run, of what swells or by which two tones come apart: less is one tone that grows or fades
 PART_OF_TURN = 0.4  # the same of a frequency that swings
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
+LEAST_LOOP = 0.05  # of what a loop leaves, more with it shut: less and it is a curve
 WIDEST_LOOP = 0.95  # of the voltage,
 MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
 MOST_DEPTH = 1.15  # share of the voltage through a loop: more turns back against it
 FAR_CENTRE = 0.2  # of the run's range: further beyond it is no middle of a spring
 QUICK_HEAT = 1.02  # times the quickest
-STEEPEST_VALVE = 1.6  # exponent: an opening in proportion, an orifice's root, and a little
 HIGHEST_BASE = 1.9  # of the rest pressure
-ALL_SAID = 1.1  # times the noise
 NO_LEAK = 0.01  # of the run's speed per load: so little beside what sags is none
 MOST_UNEVEN = 0.79  # of a loop's two ways: the end of its range
 LARGEST_MODE = 2.9  # beside a path, over that: the voltage of a closed loop shows what its output does
@@ -35,10 +36,7 @@ MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
 MOST_KINKED = 0.54  # the same away from 0 V: what passes less than 0.3 beyond its kink is a limit
 BLUNTEST_KINK = 0.3  # of the voltage, over which it is rounded: more is a curve that bends all along
 BLUNTEST_BAND = 4.0  # times the half-width of one about a working voltage, the same
-HEARD = 3.0  # times the noise: a stop that is pressed against is not overrun
-OFTEN = 0.5  # of the run beyond a stop: what gives way so much is a leak
 WORKING = 0.5  # a valve that works about a voltage more than about 0 V
-MOST_OVERRIDE = 0.45  # share of what comes on top of a relief valve's limit that it leaves
 LEAST_PLAY = 0.1  # times the way gone in the time in which it closes
 LEAST_SLIP = 0.2  # of what a spool takes to break away
 MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
@@ -60,11 +58,18 @@ def _regular(path: PathSpec, problem: Problem) -> bool:
 def _passes(path: PathSpec, problem: Problem) -> bool:
     """Whether the voltage gets through a loop, or past it: one as wide as all of it lets nothing pass.
 
-    What goes back where the voltage goes on, or takes nine times as long to turn one way as the other, is no loop.
+    What goes back where the voltage goes on, or takes nine times as long to turn one way as the other, is no loop, nor
+    is what bends as well with none.
     """
-    loop = path.effect("hysteresis").parameters
+    spec = path.effect("hysteresis")
+    loop = spec.parameters
     if loop["depth"] > MOST_DEPTH or abs(loop["uneven"]) >= MOST_UNEVEN:
         return False
+    if loop["bend_per_v"] > 0.0:
+        shut = with_numbers(path, spec, {"half_width_v": 0.0})
+        without, left = (float(np.sum(np.square(problem.residual(one)))) for one in (shut, path))
+        if without < (1.0 + LEAST_LOOP) * left:
+            return False
     return loop["depth"] < MOST_CAUGHT or loop["half_width_v"] < WIDEST_LOOP * problem.scales[Quantity.INPUT]
 
 
@@ -137,22 +142,7 @@ def _loses(path: PathSpec, problem: Problem) -> bool:
         return leak["coefficient"] > least
     if leak["sag_per_s"] != 0.0 or not creeps_uphill(path):
         return True
-    return float(np.std(problem.residual(path))) < ALL_SAID * problem.noise
-
-
-def _limits(path: PathSpec, problem: Problem) -> bool:
-    """Whether an overflow is a piston's stop, seldom overrun and opening for nothing, or a valve that relieves.
-
-    A valve that leaves most of what comes on top, is never shut or opens more than in proportion is a bend in a curve.
-    """
-    stop = path.effect("overflow").parameters
-    if not problem.windows.anchored:
-        shut = float(np.mean(problem.measured - path.rest < stop["limit"]))
-        valve = shut >= REACHED and stop["weir_exponent"] <= STEEPEST_VALVE
-        opens = problem.channel is not Channel.PRESSURE or valve
-        return stop["override"] <= MOST_OVERRIDE and opens
-    beyond = float(np.mean(problem.measured - path.rest > stop["limit"] + HEARD * problem.noise))
-    return stop["opening_s"] == 0.0 and stop["reseat"] == 0.0 and beyond <= OFTEN
+    return all_said(path, problem)
 
 
 def _plays(path: PathSpec, problem: Problem) -> bool:
@@ -210,7 +200,7 @@ _CHECKS: Mapping[str, Callable[[PathSpec, Problem], bool]] = {
     "gain_drift": _warms,
     "hysteresis": _passes,
     "leakage": _loses,
-    "overflow": _limits,
+    "overflow": limits,
     "periodic_disturbance": _regular,
     "resonance": _rings,
     "saturation": _leaves_room,

@@ -20,6 +20,8 @@ _STEP_V = 1e-3
 # About a fit: the level, each this part more, and what has slipped, this much more of it.
 _FINER, _STEPS = (0.004, 0.006), np.arange(-4, 5)
 _ROUNDS = 4
+# Wide about it: levels, times its own, and slips, so close that the last of a ramp's jumps falls where it fell.
+_WIDE, _SLIPS = 1.0 + 0.005 * np.arange(-20, 21), np.geomspace(0.1, 0.98, 93)
 _CLIMBED = 0.5  # times the cost of the base: what explains less of the run than that is on no stairs
 
 
@@ -50,6 +52,8 @@ def stepped(problem: Problem, fit: Fit) -> Fit:
     level, slip = places.get("coulomb_v"), places.get("slip")
     if level is None or slip is None:
         return fit
+    wide = fit_hypothesis(problem, fit.hypothesis, _far(fit, level, slip), keep=4)
+    fit = min(fit, wide, key=lambda one: one.fitted.cost)
     for _ in range(_ROUNDS):
         starts = []
         for more, further in product(_STEPS, _STEPS):
@@ -62,3 +66,19 @@ def stepped(problem: Problem, fit: Fit) -> Fit:
             break
         fit = found
     return fit
+
+
+def _far(fit: Fit, level: int, slip: int) -> list[Array]:
+    """Every level and slip that may be, beside the nominal parameters of a fit and beside those given.
+
+    On wrong stairs a lag that is none blurs what does not fit.
+    """
+    given = np.array(
+        [x if t.effect >= 0 else t.centre for x, t in zip(fit.fitted.x, fit.hypothesis.terms, strict=True)]
+    )
+    starts = []
+    for x, times, share in product((fit.fitted.x, given), _WIDE, _SLIPS):
+        start = x.copy()
+        start[level], start[slip] = x[level] * times, share
+        starts.append(start)
+    return starts

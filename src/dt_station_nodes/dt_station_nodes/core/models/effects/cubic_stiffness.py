@@ -31,11 +31,33 @@ def _force(p: Doubles, pressed: float) -> float:
     return (p[3] + p[0] * square * (1.0 + p[7] * square)) * pressed
 
 
+@njit(cache=True)
+def _slope(p: Doubles, pressed: float) -> float:
+    square = pressed * pressed
+    return p[3] + p[0] * square * (3.0 + 5.0 * p[7] * square) if pressed != 0.0 else 0.0
+
+
+@njit(cache=True)
+def _spool(p: Doubles, value: float, gain: float, trim: float) -> float:
+    """Voltage w (V) that acts where a spring bends the spool itself: w + force at the pressure that w holds = value."""
+    w = value
+    for _ in range(20):
+        pressed = _pressed(p, gain * w - p[1])
+        change = (w + _force(p, pressed) - trim - value) / max(1.0 + gain * _slope(p, pressed), 0.2)
+        w -= change
+        if abs(change) < 1e-9:
+            break
+    return w
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    trim = p[5] * _force(p, _pressed(p, -p[1]))
     if c[STAGE] == 2.0:
         # What a gauge or a bellows shows, whose spring the whole pressure bends.
-        return value - c[STATIC_GAIN] * (_force(p, _pressed(p, value - p[1])) - p[5] * _force(p, _pressed(p, -p[1])))
+        return value - c[STATIC_GAIN] * (_force(p, _pressed(p, value - p[1])) - trim)
+    if p[8] > 0.5 and c[STATIC_GAIN] != 0.0:
+        return _spool(p, value, c[STATIC_GAIN], trim)
     y = halfway(c) - (1.0 - p[4]) * c[LOAD_OUTPUT] - p[1]
     half = 0.5 * c[OUTPUT_GAIN]
     if p[6] > 0.0:
@@ -43,10 +65,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         half += p[6] * 0.5 * c[VELOCITY_GAIN]
     pressed = _pressed(p, y)
     # What the spring itself does within the sub-step counts half: a step of Newton's from where it did nothing.
-    square = pressed * pressed
-    slope = p[3] + p[0] * square * (3.0 + 5.0 * p[7] * square) if pressed != 0.0 else 0.0
-    trim = p[5] * _force(p, _pressed(p, -p[1]))
-    pressed = _pressed(p, y - half * (_force(p, pressed) - trim) / (1.0 + half * slope))
+    pressed = _pressed(p, y - half * (_force(p, pressed) - trim) / (1.0 + half * _slope(p, pressed)))
     return value - _force(p, pressed) + trim
 
 
@@ -124,6 +143,18 @@ EFFECT = Effect(
             5.0,
             (0.3,),
             optional=True,
+        ),
+        Parameter(
+            "of_spool",
+            Quantity.RATIO,
+            "1: it bends the valve's spool, ahead of all that follows, at the pressure that the spool calls for",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            channels=(Channel.PRESSURE,),
+            at=Attachment.STATE,
+            usual=(1.0,),
         ),
     ),
     step=_step,
