@@ -92,3 +92,19 @@ def test_a_curve_that_bends_softly_and_meets_no_limit_may_be_a_spring(
     path = PAPER.with_effect(Channel.PRESSURE, "saturation", {"lower_v": -1e9, **form}).paths[Channel.PRESSURE]
     assert namesakes(path, ("saturation",), Channel.PRESSURE, SCALES) == (also,)
     assert namesakes(path, ("saturation", "cubic_stiffness"), Channel.PRESSURE, SCALES)[0] == ()
+
+
+@pytest.mark.parametrize(
+    ("channel", "form", "also"),
+    [
+        (Channel.PRESSURE, {"unequal": -0.5}, ("asymmetric_gain",)),
+        (Channel.PRESSURE, {"closing": 0.4}, ("asymmetric_gain",)),
+        (Channel.PRESSURE, {"unequal": 0.1}, ()),
+        (Channel.POSITION, {"unequal": -0.5}, ()),
+    ],
+)
+def test_a_pressure_that_lags_more_one_way_fills_quicker_than_it_vents(
+    channel: Channel, form: dict[str, float], also: tuple[str, ...]
+) -> None:
+    path = PAPER.with_effect(channel, "extra_lag", {"time_constant_s": 0.05, **form}).paths[channel]
+    assert namesakes(path, ("extra_lag",), channel, SCALES) == (also,)

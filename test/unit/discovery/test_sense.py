@@ -131,7 +131,12 @@ def test_a_leak_loses_pressure(run: Run) -> None:
 def test_a_relief_valve_relieves(run: Run) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     assert sensible(as_it_is(pressure, "overflow", {"limit": 2e6, "override": 0.2}), pressure)
-    assert not sensible(as_it_is(pressure, "overflow", {"limit": 2e6, "override": 0.53}), pressure)
+    weak = {"limit": 2e6, "override": 0.53}
+    assert sensible(as_it_is(pressure, "overflow", weak), pressure)
+    # Most of what comes on top is a bend, unless it leaves nothing else.
+    more = replace(pressure, measured=pressure.measured + 2.0 * pressure.noise * np.sin(np.arange(len(run))))
+    assert sensible(as_it_is(more, "overflow", {"limit": 2e6, "override": 0.2}), more)
+    assert not sensible(as_it_is(more, "overflow", weak), more)
     fed_back = {"limit": 2e6, "weir_s": 0.1, "weir_exponent": 1.5}
     assert sensible(as_it_is(pressure, "overflow", fed_back), pressure)
     assert not sensible(as_it_is(pressure, "overflow", {**fed_back, "weir_exponent": 2.0}), pressure)
@@ -148,10 +153,30 @@ def test_a_stop_is_pressed_against_within_the_noise_and_not_overrun(
     assert sensible(as_it_is(problem, "overflow", {"limit": 0.01}), pressed) is stops
 
 
+def test_what_leaves_most_of_what_comes_on_top_is_no_stop(problem: Problem) -> None:
+    pressed = replace(problem, measured=np.full_like(problem.measured, PAPER.paths[Channel.POSITION].rest))
+    for override, stops in ((0.2, True), (0.83, False)):
+        assert sensible(as_it_is(problem, "overflow", {"limit": 0.01, "override": override}), pressed) is stops
+
+
+def test_what_bends_as_well_with_its_loop_shut_is_a_curve(run: Run) -> None:
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    for half_width_v, loops in ((0.2, True), (1e-4, False)):
+        numbers = {"half_width_v": half_width_v, "bend_per_v": 0.3, "depth": 0.4}
+        true = add_effect(PAPER.paths[Channel.PRESSURE], Candidate("hysteresis"), numbers)
+        noise = pressure.noise * np.random.default_rng(3).standard_normal(len(run))
+        measured = replace(pressure, measured=pressure.simulate(true) + noise)
+        assert sensible(as_it_is(measured, "hysteresis", numbers), measured) is loops
+
+
 def test_a_spool_that_does_not_slip_is_a_loop_and_a_piston_need_not(run: Run, problem: Problem) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     assert sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "slip": 0.5}), pressure)
     assert not sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "slip": 0.1}), pressure)
+    # Nor one that the run seldom moves faster than it creeps: that is a lag.
+    for share, slips in ((0.2, True), (0.8, False)):
+        creeps = {"coulomb_v": 0.2, "creep_velocity": share * pressure.scales[Quantity.VELOCITY]}
+        assert sensible(as_it_is(pressure, "friction", creeps), pressure) is slips
     assert sensible(as_it_is(problem, "friction", {"coulomb_v": 0.2}), problem)
 
 

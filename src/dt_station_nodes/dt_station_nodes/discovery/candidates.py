@@ -41,6 +41,8 @@ _ABOUT = ("saturation", Channel.PRESSURE, ("straight", "centre_v"))
 _PORT = ("overflow", Channel.POSITION, ("lower_limit", "throttling"))
 # A valve set at rest makes up for what leaks there: a large leak that is not made up for would bend all else first.
 _MADE_UP = ("leakage", Channel.PRESSURE, ("made_up",))
+# A spool on an oil film never sticks, so that no stairs lead to it.
+_CREEPS = (*_NOT_PLAIN, ("creep_velocity",))
 # Beside softer contacts and more joints a linkage that gives could be any loop.
 BY_ITSELF = ("backlash", "give")
 _MOST_PAIRS = 150
@@ -114,7 +116,7 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
             found += [Candidate(name, at, also=also) for at in places]
             formed = any(p.apart and not p.tried_first for p in effect.parameters) and (name, channel) not in _ONE_FORM
             found += [Candidate(name, effect.apart_at, apart=True)] * (apart and formed)
-            more = (form for *of, form in (_ABOUT, _PORT, _MADE_UP) if of == [name, channel])
+            more = (form for *of, form in (_ABOUT, _PORT, _MADE_UP, _CREEPS) if of == [name, channel])
             found += [Candidate(name, also=form) for form in more if apart]
     return tuple(found)
 

@@ -38,6 +38,7 @@ BLUNTEST_KINK = 0.3  # of the voltage, over which it is rounded: more is a curve
 BLUNTEST_BAND = 4.0  # times the half-width of one about a working voltage, the same
 WORKING = 0.5  # a valve that works about a voltage more than about 0 V
 LEAST_PLAY = 0.1  # times the way gone in the time in which it closes
+QUICKEST_CREEP = 0.5  # of the run's speed
 LEAST_SLIP = 0.2  # of what a spool takes to break away
 MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
 
@@ -165,9 +166,14 @@ def _warms(path: PathSpec, problem: Problem) -> bool:
 
 
 def _slips(path: PathSpec, problem: Problem) -> bool:
-    """Whether a spool that breaks away slips a part of the way: one that does not is a play operator, a loop."""
+    """Whether a spool that breaks away slips a part of the way: one that does not is a play operator, a loop.
+
+    One that creeps is a lag where the run seldom moves it faster.
+    """
     spool = path.effect("friction").parameters
-    return problem.channel is not Channel.PRESSURE or spool["slip"] > LEAST_SLIP
+    if problem.channel is not Channel.PRESSURE or spool["creep_velocity"] == 0.0:
+        return problem.channel is not Channel.PRESSURE or spool["slip"] > LEAST_SLIP
+    return spool["creep_velocity"] < QUICKEST_CREEP * problem.scales[Quantity.VELOCITY]
 
 
 def _trails(path: PathSpec, _problem: Problem) -> bool:

@@ -19,11 +19,8 @@ Integers = NDArray[np.int64]
 LONGEST_SUBSTEP_S = 0.005
 # What is fed back is held over a sub-step, as it is half-way: at most so much of a swing may pass meanwhile.
 FINE_RAD = 0.3
-# A slow plant is sampled slowly: beyond this its sub-steps would only cost time,
+# A slow plant is sampled slowly: beyond this its sub-steps would only cost time.
 MOST_SUBSTEPS = 8
-# and beyond this too where its fastest pole moves so little within one.
-QUIET_SUBSTEPS = 4
-QUIET_RAD = 0.03
 
 _ORDER = (Attachment.INPUT, Attachment.STATE, Attachment.OUTPUT)
 
@@ -48,18 +45,7 @@ def substeps(spec: ModelSpec, sample_time_s: float) -> int:
     if not (coupled or inside or any(registry()[effect.name].sub_stepped for effect in effects)):
         return 1
     resolved = max((_feedback_rate(path) for path in spec.paths.values()), default=0.0) * sample_time_s / FINE_RAD
-    wanted = sample_time_s / LONGEST_SUBSTEP_S
-    if wanted > QUIET_SUBSTEPS:
-        swing = sample_time_s * max((_fastest_rate(path) for path in spec.paths.values()), default=0.0)
-        wanted = min(wanted, max(QUIET_SUBSTEPS, swing / QUIET_RAD))
-    return min(max(1, math.ceil(max(wanted, resolved) - 1e-9)), MOST_SUBSTEPS)
-
-
-def _fastest_rate(path: PathSpec) -> float:
-    """Size (rad/s) of a path's fastest pole, within a factor of two: half of Fujiwara's bound."""
-    lead, *rest = path.denominator
-    roots = (abs(a / lead) ** (1.0 / k) for k, a in enumerate(rest, start=1))
-    return max(roots, default=0.0) / path.time_scale
+    return min(max(1, math.ceil(max(sample_time_s / LONGEST_SUBSTEP_S, resolved) - 1e-9)), MOST_SUBSTEPS)
 
 
 def _feedback_rate(path: PathSpec) -> float:

@@ -188,6 +188,18 @@ def test_a_spool_that_slides_on_follows_until_the_voltage_turns_back(slide_s):
     assert turned[-1] == pytest.approx(1.0 + 0.2, abs=0.03)
 
 
+def test_a_spool_on_an_oil_film_lags_by_its_level_and_creeps_home_when_left():
+    """At a constant 2 V/s it is level tanh(2 / 0.5) behind; left alone it creeps on at creep / level of the rest."""
+    spool = {"coulomb_v": 0.2, "creep_velocity": 0.5}
+    volts = np.concatenate([np.arange(200) * 2.0 * TS, np.full(200, 200 * 2.0 * TS)])
+    behind = volts[:-1] - answer("friction", spool, voltage=volts, channel=Channel.PRESSURE)
+    # Within a sample the voltage is held, which the spool gains on: by less than one step of it.
+    assert behind[190] == pytest.approx(0.2 * math.tanh(2.0 / 0.5), abs=2.0 * TS)
+    left = behind[320:360]
+    assert np.all(np.diff(left) < 0.0)
+    assert left[20] / left[0] == pytest.approx(math.exp(-0.5 / 0.2 * 20 * TS), rel=0.02)
+
+
 def test_damped_bristles_hold_as_the_lugre_equations_say():
     level, bend, damping, gain, lag = 0.3, 2e-3, 0.04, 0.01 * 206.4 / 23.34, 1.0 / 23.34
     volts = 0.8 * np.sin(2.0 * math.pi * 0.8 * TIME) + 0.1
@@ -619,6 +631,19 @@ def test_a_delay_that_wanders_is_longer_and_shorter_in_turn():
     expected = 0.2 * (1.0 + 0.5 * np.sin(2.0 * math.pi * 0.25 * TIME[:-1] + 0.3))[50:]
     assert np.abs(late - late.mean() - (expected - expected.mean())).max() < 0.01
     assert np.ptp(late) == pytest.approx(0.2, rel=0.02)
+
+
+def test_a_spring_on_the_spool_bends_the_voltage_itself():
+    """It acts at once, whatever the path: w + coefficient (gain w)^3 = voltage."""
+    spring = {"coefficient": 0.05, "of_spool": 1.0}
+    lag = PathSpec(numerator=[2.0], denominator=[0.05, 1.0])
+    roots = [np.roots([0.05 * 8.0, 0.0, 1.0, -volts]) for volts in SWEEP]
+    acts = np.array([float(root[np.abs(root.imag) < 1e-9].real[0]) for root in roots])
+    np.testing.assert_allclose(
+        answer("cubic_stiffness", spring, lag, SWEEP, Channel.PRESSURE),
+        answer(None, {}, lag, acts, Channel.PRESSURE),
+        atol=1e-7,
+    )
 
 
 def test_cubic_stiffness_balances_the_voltage():

@@ -5,47 +5,21 @@ import math
 from numba import njit
 
 from ...channels import Channel
-from ..compiled import FREE_VELOCITY, LOAD, LOAD_VELOCITY, OWN_LOAD, SUBSTEP, VELOCITY_GAIN, Doubles, effect_step
+from ..compiled import (
+    FREE_VELOCITY,
+    LOAD,
+    LOAD_VELOCITY,
+    OWN_LOAD,
+    STATIC_GAIN,
+    SUBSTEP,
+    VELOCITY_GAIN,
+    Doubles,
+    effect_step,
+)
+from ..spool import slipping, spool_at
 from .effect import Attachment, Effect, Parameter, Quantity
 
 _PISTON, _SPOOL = (Channel.POSITION,), (Channel.PRESSURE,)
-_STILL = 0.05  # of what makes a spool slip: as near to where it comes to rest it sticks again
-_TURNED = 1e-9  # of the same: a voltage that turns back by less has not
-
-
-@njit(cache=True)
-def _slipping(velocity: float, pull: float, slip: float) -> float:
-    """Velocity v with v + pull tanh(v / slip) = velocity: Newton from rest, which a concave curve never overshoots."""
-    found = 0.0
-    for _ in range(12):
-        bent = math.tanh(found / slip)
-        change = (abs(velocity) - found - pull * bent) / (1.0 + pull / slip * (1.0 - bent * bent))
-        found += change
-        if change < 1e-6 * slip:
-            break
-    return math.copysign(found, velocity)
-
-
-@njit(cache=True)
-def _spool(p: Doubles, s: Doubles, value: float, h: float) -> float:
-    """Where a spool is that sticks until the voltage is a level off, then slips a share of that."""
-    level, end, slide, slides_on = p[0], p[0] * (1.0 - p[7]), p[8], p[9] > 0.5
-    if s[1] == 0.0:
-        s[1] = 1.0
-        s[0] = value
-    if s[2] == 0.0 and abs(value - s[0]) > level:
-        s[2] = math.copysign(1.0, value - s[0])
-    if s[2] != 0.0:
-        to_go = (value - s[0]) * s[2] - end
-        if to_go <= 0.0:
-            if not slides_on or to_go < -_TURNED * level:
-                s[2] = 0.0
-            return s[0]
-        moved = to_go * (1.0 - math.exp(-h / slide)) if slide > 1e-6 else to_go
-        s[0] += s[2] * moved
-        if to_go - moved <= _STILL * level and not slides_on:
-            s[2] = 0.0
-    return s[0]
 
 
 @njit(cache=True)
@@ -76,7 +50,7 @@ def _held(p: Doubles, s: Doubles, velocity: float, pressed: float, gain: float, 
         s[0] = (z + h * sign * speed) / (1.0 + h * speed / presliding)
         return level * (s[0] + resisting * (s[0] - z)) / presliding
     if slip > 0.0:
-        return level * math.tanh(_slipping(velocity, gain * level, slip) / slip)
+        return level * math.tanh(slipping(velocity, gain * level, slip) / slip)
     # Implicit: exactly the force that would stop the piston within the sub-step, up to the friction level.
     return min(max(velocity / gain, -level), level)
 
@@ -84,7 +58,8 @@ def _held(p: Doubles, s: Doubles, velocity: float, pressed: float, gain: float, 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[OWN_LOAD] > 0.0:
-        return _spool(p, s, value, c[SUBSTEP])
+        creep = p[12] / c[STATIC_GAIN] if c[STATIC_GAIN] > 0.0 else 0.0
+        return spool_at(p, s, value, c[SUBSTEP], creep)
     gain = c[VELOCITY_GAIN]
     if gain == 0.0:
         return value
@@ -223,6 +198,16 @@ EFFECT = Effect(
             (0.03,),
             optional=True,
             channels=_PISTON,
+        ),
+        Parameter(
+            "creep_velocity",
+            Quantity.VELOCITY,
+            "velocity of the pressure at which a spool's oil film gives: slower, it creeps; 0: it sticks",
+            0.0,
+            1.0,
+            (0.03, 0.15),
+            optional=True,
+            channels=_SPOOL,
         ),
     ),
     step=_step,
