@@ -75,7 +75,7 @@ def _plain(bench: Bench, task: Task) -> Task:
         pairs = pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like)
         anew.append(Group(pairs, 2))
     fit, *others = fit_groups(problem, like, *_spared(task, groups, anew), bench.iterations, task.rival)
-    fit = climbed(problem, task.added, fit, base.fit)
+    fit = climbed(problem, task.added, fit, base.fit, far=True)
     freed = {**task.freed, candidate.name: candidate.required}
     found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)
     near_by = as_near(bench, found, others)

@@ -39,21 +39,28 @@ def sticks(problem: Problem, added: tuple[str, ...]) -> bool:
     return problem.channel is Channel.PRESSURE and _NAME in added
 
 
-def climbed(problem: Problem, added: tuple[str, ...], fit: Fit, base: Fit) -> Fit:
-    """The fit of one effect added to a base, on the best of the stairs about it where it is in stairs."""
+def climbed(problem: Problem, added: tuple[str, ...], fit: Fit, base: Fit, far: bool = False) -> Fit:
+    """The fit of one effect added to a base, on the best of the stairs about it where it is in stairs.
+
+    `far`: of all stairs that may be, as nothing is known of them yet.
+    """
     single = len(added) == 1 and sticks(problem, added)
-    return stepped(problem, fit) if single and fit.fitted.cost < _CLIMBED * base.fitted.cost else fit
+    return stepped(problem, fit, far) if single and fit.fitted.cost < _CLIMBED * base.fitted.cost else fit
 
 
-def stepped(problem: Problem, fit: Fit) -> Fit:
-    """A fit of a spool's stairs moved step by step to the best of all about it, until none is better."""
+def stepped(problem: Problem, fit: Fit, far: bool = False) -> Fit:
+    """A fit of a spool's stairs moved step by step to the best of all about it, until none is better.
+
+    `far`: from the best of many.
+    """
     names = [fit.path.effects[t.effect].name if t.effect >= 0 else "" for t in fit.hypothesis.terms]
     places = {t.name: i for i, (t, name) in enumerate(zip(fit.hypothesis.terms, names, strict=True)) if name == _NAME}
     level, slip = places.get("coulomb_v"), places.get("slip")
     if level is None or slip is None:
         return fit
-    wide = fit_hypothesis(problem, fit.hypothesis, _far(fit, level, slip), keep=4)
-    fit = min(fit, wide, key=lambda one: one.fitted.cost)
+    if far and not fit.full:
+        wide = fit_hypothesis(problem, fit.hypothesis, _far(fit, level, slip), keep=4)
+        fit = min(fit, wide, key=lambda one: one.fitted.cost)
     for _ in range(_ROUNDS):
         starts = []
         for more, further in product(_STEPS, _STEPS):
