@@ -147,6 +147,12 @@ def test_a_limit_behind_the_path_that_gives_a_little_is_left_to_the_relief_valve
     assert {"rounding", "override"} <= refining["overflow", Attachment.OUTPUT]
 
 
+def test_a_spring_is_also_tried_on_a_pressure_valves_spool_and_on_no_other() -> None:
+    for channel, there in ((Channel.PRESSURE, True), (Channel.POSITION, False)):
+        spring = next(c for c in library(channel) if c.name == "cubic_stiffness" and c.at is None)
+        assert ("of_spool" in spring.refining(channel)) is there
+
+
 def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert Candidate("friction") in library(Channel.POSITION)
     # A spool's friction is a form of its own.

@@ -77,8 +77,11 @@ def _only_bends(effect: EffectSpec, peak_v: float) -> bool:
 
 def _one_way(effect: EffectSpec) -> bool:
     """Whether a lag is that of one direction more than of the other."""
-    lags = registry()["extra_lag"].complete(effect.parameters) if effect.name == "extra_lag" else {}
-    return any(abs(lags.get(way, 0.0)) > _UNLIKE for way in _WAYS)
+    entry = registry()["extra_lag"]
+    if effect.name != entry.name:
+        return False
+    lag = entry.complete(effect.parameters)
+    return any(abs(lag[way]) > _UNLIKE for way in _WAYS)
 
 
 def _joints(effect: EffectSpec) -> bool:

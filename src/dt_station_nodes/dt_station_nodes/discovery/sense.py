@@ -171,9 +171,11 @@ def _slips(path: PathSpec, problem: Problem) -> bool:
     One that creeps is a lag where the run seldom moves it faster.
     """
     spool = path.effect("friction").parameters
-    if problem.channel is not Channel.PRESSURE or spool["creep_velocity"] == 0.0:
-        return problem.channel is not Channel.PRESSURE or spool["slip"] > LEAST_SLIP
-    return spool["creep_velocity"] < QUICKEST_CREEP * problem.scales[Quantity.VELOCITY]
+    if problem.channel is not Channel.PRESSURE:
+        return True
+    if spool["creep_velocity"] > 0.0:
+        return spool["creep_velocity"] < QUICKEST_CREEP * problem.scales[Quantity.VELOCITY]
+    return spool["slip"] > LEAST_SLIP
 
 
 def _trails(path: PathSpec, _problem: Problem) -> bool:
