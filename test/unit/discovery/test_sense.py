@@ -169,6 +169,17 @@ def test_what_bends_as_well_with_its_loop_shut_is_a_curve(run: Run) -> None:
         assert sensible(as_it_is(measured, "hysteresis", numbers), measured) is loops
 
 
+def test_a_loop_that_turns_back_leaves_nothing_else(run: Run) -> None:
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    numbers = {"half_width_v": 0.3, "bouc_wen": 1.0, "depth": 1.5}
+    true = add_effect(PAPER.paths[Channel.PRESSURE], Candidate("hysteresis"), numbers)
+    noise = pressure.noise * np.random.default_rng(3).standard_normal(len(run))
+    for more, is_one in ((0.0, True), (2.0, False)):
+        beside = more * pressure.noise * np.sin(np.arange(len(run)))
+        measured = replace(pressure, measured=pressure.simulate(true) + noise + beside)
+        assert sensible(as_it_is(measured, "hysteresis", numbers), measured) is is_one
+
+
 def test_a_spool_that_does_not_slip_is_a_loop_and_a_piston_need_not(run: Run, problem: Problem) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     assert sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "slip": 0.5}), pressure)

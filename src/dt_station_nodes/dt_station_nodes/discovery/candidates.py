@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
+from .further_forms import BELL, FURTHER, bell_starts
 from .place_starts import limit_starts, spring_starts, stop_starts, store_starts
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
@@ -35,14 +36,6 @@ _NOT_PLAIN = ("friction", Channel.PRESSURE)
 _NOT_BEHIND = (("saturation", "rounding_v"), ("saturation", "passing"))
 # Where the load stands, what it makes of a motion either way is friction.
 _BY_LOAD = ("leakage", "against")
-# A valve that works about a voltage bends from there, softly: sharp limits come nowhere near.
-_ABOUT = ("saturation", Channel.PRESSURE, ("straight", "centre_v"))
-# A port that closes past an end holds no piston there: from a stop no fit leads to it.
-_PORT = ("overflow", Channel.POSITION, ("lower_limit", "throttling"))
-# A valve set at rest makes up for what leaks there: a large leak that is not made up for would bend all else first.
-_MADE_UP = ("leakage", Channel.PRESSURE, ("made_up",))
-# A spool on an oil film never sticks, so that no stairs lead to it.
-_CREEPS = (*_NOT_PLAIN, ("creep_velocity",))
 # Beside softer contacts and more joints a linkage that gives could be any loop.
 BY_ITSELF = ("backlash", "give")
 _MOST_PAIRS = 150
@@ -116,8 +109,8 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
             found += [Candidate(name, at, also=also) for at in places]
             formed = any(p.apart and not p.tried_first for p in effect.parameters) and (name, channel) not in _ONE_FORM
             found += [Candidate(name, effect.apart_at, apart=True)] * (apart and formed)
-            more = (form for *of, form in (_ABOUT, _PORT, _MADE_UP, _CREEPS) if of == [name, channel])
-            found += [Candidate(name, also=form) for form in more if apart]
+            further = FURTHER.get((name, channel), ())
+            found += [Candidate(name, also=further)] * (apart and bool(further))
     return tuple(found)
 
 
@@ -139,6 +132,8 @@ def grid(
         # A mode rings where it is, but what drives it colours the residual more.
         return peaks if candidate.name == "periodic_disturbance" else [*parameter.starts, *peaks[:2]]
     unit = unit_of(problem, parameter, candidate.place)
+    if candidate.also == BELL and name in candidate.required:
+        return bell_starts(problem, parameter)
     if candidate.name == "cubic_stiffness" and parameter.name in ("centre", "coefficient"):
         return spring_starts(problem, path, parameter, unit)
     if candidate.apart and name == "centre_v":

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .beginnings import BEGINS
-from .candidates import all_starts, hypothesis, library, pair_starts, plain_starts
+from .candidates import Candidate, all_starts, hypothesis, library, pair_starts, plain_starts
 from .choice import FAR_OFF
 from .distinct import distinct
+from .further_forms import BELL
 from .hypothesis_fit import Group, fit_groups, fit_hypothesis
 from .mode_starts import mode_starts
 from .parsimony import as_near, at_usual, without
@@ -186,13 +187,17 @@ def scan(
     """
     # Rough data have shallow minima: all that is fitted there is fitted refined, which a form apart would only disturb.
     pool = library(bench.problem.channel, not bench.rough, bench.problem.loaded)
-    tasks = [Task(base, c, rival=SETTLED * reached) for base in bases for c in pool if c.name not in base.added]
+    tasks = [Task(base, c, rival=SETTLED * reached) for base in bases for c in pool if _tried(base, c)]
     chosen, _ = best_of(each(bench, _glance, tasks, told=False), most)
     # A single effect may need all its way to be told from another; of larger sets far more are tried than can be one.
     chosen = [task if not task.base.added else held for task, held in zip(chosen, against(chosen, SEEN), strict=True)]
     finer, others = best_of(against(each(bench, _plain, chosen)), finest)
     fitted = each(bench, _settled, against([*each(bench, _refined, finer), *others]))
     return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))
+
+
+def _tried(base: Explanation, candidate: Candidate) -> bool:
+    return candidate.name not in base.added and not (base.added and candidate.also == BELL)
 
 
 def _whole(bench: Bench, task: Task, iterations: int, keep: int) -> Task:

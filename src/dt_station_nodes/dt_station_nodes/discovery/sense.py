@@ -23,7 +23,7 @@ LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the lin
 LEAST_LOOP = 0.05  # of what a loop leaves, more with it shut: less and it is a curve
 WIDEST_LOOP = 0.95  # of the voltage,
 MOST_CAUGHT = 0.7  # where so much of it has to go through the loop
-MOST_DEPTH = 1.15  # share of the voltage through a loop: more turns back against it
+MOST_DEPTH = 1.15  # share of the voltage through a loop: more turns back against it, as a textbook's may
 FAR_CENTRE = 0.2  # of the run's range: further beyond it is no middle of a spring
 QUICK_HEAT = 1.02  # times the quickest
 HIGHEST_BASE = 1.9  # of the rest pressure
@@ -59,12 +59,12 @@ def _regular(path: PathSpec, problem: Problem) -> bool:
 def _passes(path: PathSpec, problem: Problem) -> bool:
     """Whether the voltage gets through a loop, or past it: one as wide as all of it lets nothing pass.
 
-    What goes back where the voltage goes on, or takes nine times as long to turn one way as the other, is no loop, nor
-    is what bends as well with none.
+    What goes back where the voltage goes on is a loop only where it leaves nothing else to be said. What takes nine
+    times as long to turn one way as the other is none, nor is what bends as well with none.
     """
     spec = path.effect("hysteresis")
     loop = spec.parameters
-    if loop["depth"] > MOST_DEPTH or abs(loop["uneven"]) >= MOST_UNEVEN:
+    if abs(loop["uneven"]) >= MOST_UNEVEN or (loop["depth"] > MOST_DEPTH and not all_said(path, problem)):
         return False
     if loop["bend_per_v"] > 0.0:
         shut = with_numbers(path, spec, {"half_width_v": 0.0})

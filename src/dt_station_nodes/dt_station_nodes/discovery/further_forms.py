@@ -1,0 +1,47 @@
+"""Forms of an effect that no fit reaches from its plain one: each is a candidate of its own."""
+
+from collections.abc import Mapping
+
+from ..core.channels import Channel
+from ..core.models.effects import Parameter
+from .problem import Problem
+
+# A valve's magnetisation whose relays lie dense as a bell about a middle: a small share of so steep a loop as looks
+# like any other from elsewhere. So free that beside other effects it takes what is theirs.
+BELL = ("spread", "depth", "open_at_v", "bend_per_v", "steepness")
+
+FURTHER: Mapping[tuple[str, Channel], tuple[str, ...]] = {
+    # A valve that works about a voltage bends from there, softly: sharp limits come nowhere near.
+    ("saturation", Channel.PRESSURE): ("straight", "centre_v"),
+    # A port that closes past an end holds no piston there: from a stop no fit leads to it.
+    ("overflow", Channel.POSITION): ("lower_limit", "throttling"),
+    # A valve set at rest makes up for what leaks there: a large leak that is not made up for would bend all else first.
+    ("leakage", Channel.PRESSURE): ("made_up",),
+    # A spool on an oil film never sticks, so that no stairs lead to it.
+    ("friction", Channel.PRESSURE): ("creep_velocity",),
+    ("hysteresis", Channel.PRESSURE): BELL,
+    ("hysteresis", Channel.POSITION): BELL,
+}
+
+_SPREADS = (0.0, 1.0)
+_WIDTHS = (0.03, 0.07, 0.15, 0.3)  # times the voltage's largest way from its mean,
+_BENDS = (0.5, 1.0, 2.0, 4.0)  # the inverse of it
+_DEPTHS = (0.05, 0.15, 0.5, 0.9)
+_STEEPNESSES = (1.0, 4.0)
+
+
+def bell_starts(problem: Problem, parameter: Parameter) -> list[float]:
+    """Where a loop of relays dense as a bell begins: its middle may be where the valve works, or at 0 V."""
+    voltage = problem.simulator.voltage_v
+    mean = float(voltage.mean())
+    way = float(abs(voltage - mean).max())
+    middles = (0.0,) if problem.channel is Channel.POSITION else (0.0, mean, 0.5 * float(voltage.min() + voltage.max()))
+    starts = {
+        "half_width_v": tuple(share * way for share in _WIDTHS),
+        "spread": _SPREADS,
+        "depth": _DEPTHS,
+        "open_at_v": middles,
+        "bend_per_v": tuple(bend / way for bend in _BENDS),
+        "steepness": _STEEPNESSES,
+    }
+    return list(starts[parameter.name])

@@ -1,0 +1,72 @@
+"""Forms that no fit reaches from an effect's plain one are candidates of their own, with starts that do."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from valves import BARE, SPEC, WAVES, answered
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import DiscoverySettings
+from dt_station_nodes.discovery.candidates import Candidate, hypothesis, library, plain_starts
+from dt_station_nodes.discovery.further_forms import BELL, FURTHER
+from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.terms import nominal_terms
+
+LINES_V = np.linspace(0.0, 5.2, 81)
+UP_V, DOWN_V = (lines.ravel() for lines in np.meshgrid(LINES_V[1:], LINES_V[:-1], indexing="ij"))
+
+
+def relays(given: np.ndarray, width_v: float, bell_v: float) -> np.ndarray:
+    """What Preisach's triangle of relays passes, their density a bell of centres and half a bell of widths."""
+    kept = UP_V > DOWN_V
+    up, down = UP_V[kept], DOWN_V[kept]
+    centre, half = 0.5 * (up + down), 0.5 * (up - down)
+    weight = np.exp(-0.5 * (half / width_v) ** 2 - 0.5 * ((centre - 2.6) / bell_v) ** 2)
+    state, passed = np.where(centre < given[0], 1.0, -1.0), []
+    for voltage in given:
+        state = np.where(voltage >= up, 1.0, np.where(voltage <= down, -1.0, state))
+        passed.append(float(weight @ state))
+    return 2.6 * np.array(passed) / float(weight.sum())
+
+
+def magnetised(wave: int) -> Run:
+    """Pressure of a valve of which 0.4 is magnetised."""
+    given = 2.4 + 1.8 * WAVES[wave]
+    loop = relays(given, 0.5, 1.0)
+    return answered(given, 0.6 * given + 0.4 * (loop - loop[0] + given[0]), wave)
+
+
+def fitted(problem: Problem, candidate: Candidate) -> Fit:
+    nominal = nominal_terms(BARE, problem.signal)
+    paths = plain_starts(problem, BARE, candidate, problem.residual(BARE))
+    free = {candidate.name: candidate.required}
+    hypotheses = [hypothesis(problem, path, nominal, free) for path in paths]
+    return fit_hypothesis(problem, hypotheses[0], [h.start() for h in hypotheses], 20, 4)
+
+
+@pytest.mark.parametrize("wave", [0, 1])
+def test_relays_dense_as_a_bell_are_found_with_their_numbers(wave: int) -> None:
+    problem = make_problem(magnetised(wave), SPEC, Channel.PRESSURE, DiscoverySettings())
+    bell, plain = (fitted(problem, Candidate("hysteresis", also=also)) for also in (BELL, ()))
+    assert bell.rss < 0.02 * plain.rss
+    numbers = bell.path.effect("hysteresis").parameters
+    assert numbers["open_at_v"] == pytest.approx(2.6, abs=0.1)
+    # A bell of that standard deviation has this slope in its middle, in volts per volt of its height.
+    assert numbers["bend_per_v"] == pytest.approx(2.0 / np.sqrt(2.0 * np.pi), rel=0.15)
+    height_v = numbers["depth"] * numbers["steepness"] / numbers["bend_per_v"]
+    assert height_v == pytest.approx(0.4 * 2.6, rel=0.2)
+
+
+def test_every_further_form_is_a_candidate_of_its_own() -> None:
+    for (name, channel), also in FURTHER.items():
+        known = library(channel)
+        assert Candidate(name, also=also) in known
+        assert Candidate(name, also=also) not in library(channel, apart=False)
+        assert set(also) <= set(Candidate(name, also=also).required)
