@@ -81,7 +81,10 @@ def _plain(bench: Bench, task: Task) -> Task:
     found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)
     near_by = as_near(bench, found, others)
     if candidate.also:
-        near_by = (*near_by, bench.judged(without(bench, found, candidate.name, candidate.also)))
+        plainer = without(bench, found, candidate.name, candidate.also)
+        # A form with more numbers that fits worse went astray: the way on begins where it did not.
+        found, beaten = sorted((found, plainer), key=lambda e: e.fit.fitted.cost)
+        near_by = (*near_by, bench.judged(beaten))
     apart = [] if bench.rough else [f for f in others if unlike(fit, f)]
     other = bench.explained(apart[0], task.added, freed, glance=True) if apart else None
     return replace(task, candidate=candidate, seen=bench.judged(found), other=other, finer=near_by)

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from ..core.models import EffectSpec, PathSpec
 from .beginnings import begun_anywhere, loop_of
+from .mounted import mounted_anywhere, spring_of
 from .noise import noise_floor
 from .problem import Problem
 from .timing import DELAY, PERIODIC, begun, swung, with_numbers
@@ -32,9 +33,12 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
 
     A disturbance from outside goes on between runs: its frequency and shape are foretold, its phase is not. Nor is when
     its bursts begin, the phase of a second tone, of its frequency's swing or of a delay that wanders, or where in its
-    gap a linkage begins.
+    gap a linkage begins. A piston's spring may have been mounted about another place.
     """
     residual = None
+    spring = spring_of(path)
+    if spring is not None:
+        path, residual = mounted_anywhere(check, path, spring, check.residual(path))
     loop = loop_of(path)
     if loop is not None:
         path, residual = begun_anywhere(check, path, loop)
