@@ -23,7 +23,7 @@ from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .sense import sensible
 from .settings import DiscoverySettings
 from .silence import as_parameters, fits_roughly, silent_verdict
-from .strangers import SAME, beside, mimic, other_dynamics, stranger
+from .strangers import SAME, beside, in_place_of_one, mimic, other_dynamics, stranger
 from .tasks import StoppedError
 from .terms import nominal_terms
 from .workers import ALONE, Workers
@@ -45,7 +45,8 @@ LEAD = 0.2  # or where one leads by less than this of what the best misses, both
 FAINT = 0.03  # of the noise power, left by a name: its form is not quite the rig's,
 FAINT_ALIKE = 4.0  # and one that leaves so many times as much may be nearer to it in kind
 NEEDED = 4.0  # times as much is left by all that does without the set: it is there, if not alone
-VAGUE = 3  # names that could stand in the place of one of several
+VAGUE = 3  # names that could stand in the place of one of several,
+NAMELESS = 6  # and of any: it is no name
 DOUBT = 300.0  # a set not believed by itself but so far ahead
 DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
@@ -150,13 +151,6 @@ def examine(
     return _decide(bench, given, null, known, interrupted)
 
 
-def _mimicked(best: Explanation, known: list[Explanation], measure: Measure) -> bool:
-    """Whether a form outside the vocabulary does as well in the place of one of several names."""
-    strangers = [e for e in known if not e.inside and len(e.added) == len(best.added)]
-    instead = [e for e in strangers if len(set(e.added) & set(best.added)) == len(best.added) - 1]
-    return any(measure.left(e) < ALIKE * measure.left(best) for e in instead)
-
-
 def crowded(names: tuple[str, ...], left: float, measure: Measure) -> bool:
     """Whether more than two names leave more than noise: together they bend to nearly anything."""
     return not measure.rough and len(names) > 2 and left > LEFT_NOISE * measure.noise
@@ -167,11 +161,10 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     seen = measure.seen(null)
     best = best_set(null, known, measure) if seen or measure.bent(null) else null
     fine = not measure.rough or fits_roughly(null, measure)
-    if seen and fine and measure.left(best) > MOSTLY * measure.left(null):
-        best = null
+    unfound = seen and fine and measure.left(best) > MOSTLY * measure.left(null)
     gone = not seen or as_parameters(null, given, measure)
-    if gone and best.fit.penalty >= MOSTLY * null.fit.penalty:
-        # Where no gap shows, a name that leaves the parameters off explains nothing.
+    # Where no gap shows, a name that leaves the parameters off explains nothing.
+    if unfound or (gone and best.fit.penalty >= MOSTLY * null.fit.penalty):
         best = null
     mine, left, gap = measure.score(best), measure.left(best), max(measure.left(null), 1e-9)
     scored = sorted(((measure.score(e) - mine, e) for e in known), key=lambda pair: pair[0])
@@ -213,13 +206,16 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     alike = [p for p in close if sensible(p[1], bench.problem)]
     told = TOLD if len(best.added) == 1 else SAME
     instead = alternatives(best, [p for p in peers if p[0] <= told or p in alike])
-    vague = any(len(names) >= VAGUE for names in instead) or (much and _mimicked(best, known, measure))
+    most = max(map(len, instead), default=0)
+    vague = most >= VAGUE or (much and any(measure.left(e) < ALIKE * left for e in in_place_of_one(best, known)))
     if len(best.added) > 1 and (vague or (verdict is Verdict.UNEXPLAINED and (further or rival))):
         # What others do as well, or bends the model and is not believed, mends the form of the rest.
         fewer = [e for e in known if len(e.added) < len(best.added)]
         without = _decide(bench, given, null, fewer, interrupted)
         if without.verdict is Verdict.NAMED or (vague and left > MOSTLY * measure.left(without.best)):
             return without
+    if verdict is Verdict.NAMED and most >= NAMELESS:
+        verdict = Verdict.UNEXPLAINED
     if verdict is Verdict.NAMED:
         more = namesakes(best.fit.path, best.added, bench.problem.channel, bench.problem.scales)
         instead = tuple((*own, *(n for n in same if n not in own)) for own, same in zip(instead, more, strict=True))

@@ -45,6 +45,12 @@ def mimic(best: Explanation, scored: Sequence[tuple[float, Explanation]]) -> str
     return ""
 
 
+def in_place_of_one(best: Explanation, known: Sequence[Explanation]) -> list[Explanation]:
+    """Explanations with a form outside the vocabulary in the place of one of several names."""
+    strangers = [e for e in known if not e.inside and len(e.added) == len(best.added)]
+    return [e for e in strangers if len(set(e.added) & set(best.added)) == len(best.added) - 1]
+
+
 def beside(
     best: Explanation, scored: Sequence[tuple[float, Explanation]], mended: Callable[[Explanation], bool]
 ) -> list[tuple[float, Explanation]]:
