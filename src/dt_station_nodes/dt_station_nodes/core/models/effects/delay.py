@@ -8,6 +8,8 @@ from ..compiled import SUBSTEP, TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 _SLOTS = 512
+_CELLS = 6
+_CELLS_AT = 520
 
 
 @njit(cache=True)
@@ -50,6 +52,20 @@ def _echoed(s: Doubles, head: int, behind: float, echo: float, first: float) -> 
     return total / weight
 
 
+@njit(cache=True)
+def _mixed(s: Doubles, cell_s: float, h: float, value: float) -> float:
+    """What leaves a row of equal cells, in each of which all that entered is well mixed."""
+    if s[_CELLS_AT + _CELLS] == 0.0:
+        s[_CELLS_AT + _CELLS] = 1.0
+        for k in range(_CELLS):
+            s[_CELLS_AT + k] = value
+    share = -math.expm1(-h / cell_s)
+    for k in range(_CELLS):
+        s[_CELLS_AT + k] += share * (value - s[_CELLS_AT + k])
+        value = s[_CELLS_AT + k]
+    return value
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[513] == 0.0:
@@ -61,7 +77,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     s[head] = value
     wander = p[2] * math.sin(2.0 * math.pi * p[3] * c[TIME] + p[4]) if p[2] != 0.0 else 0.0
     longer = p[6] * _leaning(s, p[0], c[SUBSTEP], value) if p[6] != 0.0 else 0.0
-    spread = p[0] * min(p[5], 1.0)
+    cell_s = p[0] * p[8] / math.sqrt(_CELLS)
+    spread = p[0] * min(p[5], 1.0) + _CELLS * cell_s
     behind = min(max((p[0] * (1.0 + p[1] * abs(value) + wander + longer) - spread) / c[SUBSTEP], 0.0), 510.0)
     whole = int(behind)
     part = behind - whole
@@ -71,6 +88,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     on_time = recent + part * (older - recent)
     if p[7] != 0.0:
         on_time = _echoed(s, head, behind, p[7], on_time)
+    if cell_s > 1e-6:
+        return _mixed(s, cell_s, c[SUBSTEP], on_time)
     return on_time if p[5] == 0.0 else _dispersed(s, spread, max(p[5], 1.0), c[SUBSTEP], on_time)
 
 
@@ -129,12 +148,22 @@ EFFECT = Effect(
             (0.1, -0.1),
             optional=True,
         ),
+        Parameter(
+            "mixing",
+            Quantity.RATIO,
+            "standard deviation of the dead time over its mean, as what passes along a line mixes on its way",
+            0.0,
+            0.4,
+            (0.1, 0.3),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Apply a step and time the first movement; look at the card's buffering, bus cycles and long hoses.",
     source="dead time as a ring of sub-steps with linear interpolation; "
-    "Franklin, Powell & Emami-Naeini, Feedback Control of Dynamic Systems (2002): Pade element",
-    state_size=_SLOTS + 8,
+    "Franklin, Powell & Emami-Naeini, Feedback Control of Dynamic Systems (2002): Pade element; "
+    "Levenspiel, Chemical Reaction Engineering (1999), ch. 14: tanks in series",
+    state_size=_CELLS_AT + _CELLS + 1,
     sub_stepped=True,
     also=on_both(Attachment.OUTPUT),
 )
