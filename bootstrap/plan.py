@@ -40,7 +40,8 @@ class Workspace:
         self._write_setup()
 
     def warm(self, show: Show) -> None:
-        """Compile the numba kernels into their cache."""
+        """Compile the numba kernels into their cache, anew: it does not see that what a kernel calls has changed."""
+        shutil.rmtree(self.world.cache / "numba", ignore_errors=True)
         command = [str(self.world.venv_python), "-m", WARM_MODULE]
         self.processes.run(command, self.world.logs / "warm.log", self._env(), show)
 

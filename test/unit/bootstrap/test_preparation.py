@@ -6,12 +6,14 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from bootstrap import checks, debian, prepare
 from bootstrap.corrections import correct_prefix, corrected
 from bootstrap.errors import PreparationError
+from bootstrap.plan import Workspace
 from bootstrap.processes import Processes
 from bootstrap.requirements import blocks, is_build_tool, select
 from bootstrap.stages import Stamps
@@ -95,6 +97,17 @@ def test_a_failing_command_says_its_last_lines_and_where_the_rest_is(tmp_path):
     with pytest.raises(PreparationError, match=r"broken pipe dream\nsh failed with exit status 3; .*a\.log"):
         Processes().run(command, tmp_path / "a.log", os.environ, lambda line: None)
     assert "broken pipe dream" in (tmp_path / "a.log").read_text()
+
+
+def test_models_are_compiled_anew_when_they_change(world):
+    """A cached kernel is kept although what it calls is another: nothing cached may be left."""
+    stale = world.cache / "numba" / "effects" / "friction.nbi"
+    stale.parent.mkdir(parents=True)
+    stale.write_text("old")
+    seen = []
+    processes = SimpleNamespace(run=lambda *_, **__: seen.append(stale.exists()))
+    Workspace(world, processes, {}).warm(lambda _: None)
+    assert seen == [False]
 
 
 def test_stopping_ends_a_command_with_its_children(tmp_path):

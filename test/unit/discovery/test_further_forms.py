@@ -65,7 +65,7 @@ def test_relays_dense_as_a_bell_are_found_with_their_numbers(wave: int) -> None:
 
 
 def test_every_further_form_is_a_candidate_of_its_own() -> None:
-    for (name, channel), also in FURTHER.items():
+    for name, channel, also in FURTHER:
         known = library(channel)
         assert Candidate(name, also=also) in known
         assert Candidate(name, also=also) not in library(channel, apart=False)

@@ -156,9 +156,10 @@ def test_a_spring_is_also_tried_on_a_pressure_valves_spool_and_on_no_other() -> 
 def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert Candidate("friction") in library(Channel.POSITION)
     # A spool's friction is a form of its own.
-    # A spool on an oil film never sticks, so that it is tried apart.
-    slips, creeps = Candidate("friction", apart=True), Candidate("friction", also=("creep_velocity",))
-    assert [c for c in library(Channel.PRESSURE) if c.name == "friction"] == [slips, creeps]
+    # A spool on an oil film never sticks, nor does one on bristles, so that they are tried apart.
+    slips = Candidate("friction", apart=True)
+    creeps, bends = (Candidate("friction", also=(name,)) for name in ("creep_velocity", "presliding"))
+    assert [c for c in library(Channel.PRESSURE) if c.name == "friction"] == [slips, creeps, bends]
     assert Candidate("leakage") in library(Channel.PRESSURE)
     apart = [c for c in library(Channel.POSITION) if c.apart]
     assert [(c.name, c.at, c.required) for c in apart] == [

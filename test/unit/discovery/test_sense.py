@@ -184,6 +184,10 @@ def test_a_spool_that_does_not_slip_is_a_loop_and_a_piston_need_not(run: Run, pr
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     assert sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "slip": 0.5}), pressure)
     assert not sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "slip": 0.1}), pressure)
+    # Bristles so stiff that they hardly bend make it play.
+    way = 1.0 / pressure.scales[Quantity.INPUT_PER_OUTPUT]
+    assert sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "presliding": 0.05 * way}), pressure)
+    assert not sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "presliding": 0.01 * way}), pressure)
     # Nor one that the run seldom moves faster than it creeps: that is a lag.
     for share, slips in ((0.2, True), (0.8, False)):
         creeps = {"coulomb_v": 0.2, "creep_velocity": share * pressure.scales[Quantity.VELOCITY]}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
-from .further_forms import BELL, FURTHER, bell_starts
+from .further_forms import BELL, BENDING, BRISTLES, FURTHER, bell_starts
 from .place_starts import limit_starts, spring_starts, stop_starts, store_starts
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
@@ -109,8 +109,8 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
             found += [Candidate(name, at, also=also) for at in places]
             formed = any(p.apart and not p.tried_first for p in effect.parameters) and (name, channel) not in _ONE_FORM
             found += [Candidate(name, effect.apart_at, apart=True)] * (apart and formed)
-            further = FURTHER.get((name, channel), ())
-            found += [Candidate(name, also=further)] * (apart and bool(further))
+            further = (form for *of, form in FURTHER if of == [name, channel])
+            found += [Candidate(name, also=form) for form in further if apart]
     return tuple(found)
 
 
@@ -132,6 +132,8 @@ def grid(
         # A mode rings where it is, but what drives it colours the residual more.
         return peaks if candidate.name == "periodic_disturbance" else [*parameter.starts, *peaks[:2]]
     unit = unit_of(problem, parameter, candidate.place)
+    if candidate.also == BRISTLES and name == "presliding":
+        return [share * unit for share in BENDING]
     if candidate.also == BELL and name in candidate.required:
         return bell_starts(problem, parameter)
     if candidate.name == "cubic_stiffness" and parameter.name in ("centre", "coefficient"):

@@ -1,7 +1,5 @@
 """Forms of an effect that no fit reaches from its plain one: each is a candidate of its own."""
 
-from collections.abc import Mapping
-
 from ..core.channels import Channel
 from ..core.models.effects import Parameter
 from .problem import Problem
@@ -10,19 +8,23 @@ from .problem import Problem
 # like any other from elsewhere. So free that beside other effects it takes what is theirs.
 BELL = ("spread", "depth", "open_at_v", "bend_per_v", "steepness")
 
-FURTHER: Mapping[tuple[str, Channel], tuple[str, ...]] = {
-    # A valve that works about a voltage bends from there, softly: sharp limits come nowhere near.
-    ("saturation", Channel.PRESSURE): ("straight", "centre_v"),
-    # A port that closes past an end holds no piston there: from a stop no fit leads to it.
-    ("overflow", Channel.POSITION): ("lower_limit", "throttling"),
-    # A valve set at rest makes up for what leaks there: a large leak that is not made up for would bend all else first.
-    ("leakage", Channel.PRESSURE): ("made_up",),
-    # A spool on an oil film never sticks, so that no stairs lead to it.
-    ("friction", Channel.PRESSURE): ("creep_velocity",),
-    ("hysteresis", Channel.PRESSURE): BELL,
-    ("hysteresis", Channel.POSITION): BELL,
-}
+BRISTLES = ("presliding",)
 
+FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
+    # A valve that works about a voltage bends from there, softly: sharp limits come nowhere near.
+    ("saturation", Channel.PRESSURE, ("straight", "centre_v")),
+    # A port that closes past an end holds no piston there: from a stop no fit leads to it.
+    ("overflow", Channel.POSITION, ("lower_limit", "throttling")),
+    # A valve set at rest makes up for what leaks there: a large leak that is not made up for would bend all else first.
+    ("leakage", Channel.PRESSURE, ("made_up",)),
+    # A spool on an oil film never sticks, nor does one held by bristles, so that no stairs lead to them.
+    ("friction", Channel.PRESSURE, ("creep_velocity",)),
+    ("friction", Channel.PRESSURE, BRISTLES),
+    ("hysteresis", Channel.PRESSURE, BELL),
+    ("hysteresis", Channel.POSITION, BELL),
+)
+
+BENDING = (0.003, 0.01, 0.03, 0.1)  # of the run's range: the way over which a spool's bristles bend
 _SPREADS = (0.0, 1.0)
 _WIDTHS = (0.03, 0.07, 0.15, 0.3)  # times the voltage's largest way from its mean,
 _BENDS = (0.5, 1.0, 2.0, 4.0)  # the inverse of it

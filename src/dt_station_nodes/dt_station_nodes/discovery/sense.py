@@ -39,7 +39,8 @@ BLUNTEST_BAND = 4.0  # times the half-width of one about a working voltage, the 
 WORKING = 0.5  # a valve that works about a voltage more than about 0 V
 LEAST_PLAY = 0.1  # times the way gone in the time in which it closes
 QUICKEST_CREEP = 0.5  # of the run's speed
-LEAST_SLIP = 0.2  # of what a spool takes to break away
+LEAST_SLIP = 0.2  # of what a spool takes to break away,
+LEAST_BENT = 0.1  # or of it as a way: bristles that bend over less are so stiff that it is play
 MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
 
 
@@ -173,6 +174,8 @@ def _slips(path: PathSpec, problem: Problem) -> bool:
     spool = path.effect("friction").parameters
     if problem.channel is not Channel.PRESSURE:
         return True
+    if spool["presliding"] > 0.0:
+        return spool["presliding"] * problem.scales[Quantity.INPUT_PER_OUTPUT] > LEAST_BENT * spool["coulomb_v"]
     if spool["creep_velocity"] > 0.0:
         return spool["creep_velocity"] < QUICKEST_CREEP * problem.scales[Quantity.VELOCITY]
     return spool["slip"] > LEAST_SLIP

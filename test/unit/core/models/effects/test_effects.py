@@ -200,6 +200,23 @@ def test_a_spool_on_an_oil_film_lags_by_its_level_and_creeps_home_when_left():
     assert left[20] / left[0] == pytest.approx(math.exp(-0.5 / 0.2 * 20 * TS), rel=0.02)
 
 
+def test_a_spool_on_bristles_goes_where_dahls_equation_says_and_oil_damps_it():
+    level, way = 0.3, 0.08
+    volts = 1.5 * np.sin(2.0 * math.pi * 0.4 * TIME) * np.sin(2.0 * math.pi * 0.11 * TIME)
+    place, bent, fine = volts[0], 0.0, [volts[0]]
+    for change in np.repeat(np.diff(volts) / 200, 200):
+        side = math.copysign(1.0, change)
+        moved = change / (1.0 + level / way * (1.0 - side * bent))
+        place, bent = place + moved, bent + moved / way * (1.0 - side * bent)
+        fine.append(place)
+    spool = {"coulomb_v": level, "presliding": way}
+    stands = answer("friction", spool, voltage=volts, channel=Channel.PRESSURE)
+    np.testing.assert_allclose(stands, fine[:-1:200], atol=1e-3)
+    ramp = 2.0 * TIME
+    late = ramp[:-1] - answer("friction", {**spool, "slide_s": 0.05}, voltage=ramp, channel=Channel.PRESSURE)
+    assert late[-1] == pytest.approx(level + 0.05 * 2.0, abs=2.0 * TS)
+
+
 def test_damped_bristles_hold_as_the_lugre_equations_say():
     level, bend, damping, gain, lag = 0.3, 2e-3, 0.04, 0.01 * 206.4 / 23.34, 1.0 / 23.34
     volts = 0.8 * np.sin(2.0 * math.pi * 0.8 * TIME) + 0.1

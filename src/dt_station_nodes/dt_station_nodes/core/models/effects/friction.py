@@ -58,8 +58,8 @@ def _held(p: Doubles, s: Doubles, velocity: float, pressed: float, gain: float, 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[OWN_LOAD] > 0.0:
-        creep = p[12] / c[STATIC_GAIN] if c[STATIC_GAIN] > 0.0 else 0.0
-        return spool_at(p, s, value, c[SUBSTEP], creep)
+        per_unit = 1.0 / c[STATIC_GAIN] if c[STATIC_GAIN] > 0.0 else 0.0
+        return spool_at(p, s, value, c[SUBSTEP], p[12] * per_unit, p[5] * per_unit)
     gain = c[VELOCITY_GAIN]
     if gain == 0.0:
         return value
@@ -128,12 +128,11 @@ EFFECT = Effect(
         Parameter(
             "presliding",
             Quantity.OUTPUT,
-            "way over which the contact's bristles bend before it slides",
+            "way over which the contact's bristles bend before it slides, of a spool as the pressure that it calls for",
             0.0,
             0.1,
             (0.0, 0.003),
             optional=True,
-            channels=_PISTON,
         ),
         Parameter(
             "slip_velocity",
