@@ -14,7 +14,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, library, plain_starts
-from dt_station_nodes.discovery.further_forms import BELL, FURTHER
+from dt_station_nodes.discovery.further_forms import AT_REST, BELL, FURTHER
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.terms import nominal_terms
@@ -66,7 +66,13 @@ def test_relays_dense_as_a_bell_are_found_with_their_numbers(wave: int) -> None:
 
 def test_every_further_form_is_a_candidate_of_its_own() -> None:
     for name, channel, also in FURTHER:
-        known = library(channel)
+        known = library(channel, loaded=True)
         assert Candidate(name, also=also) in known
         assert Candidate(name, also=also) not in library(channel, apart=False)
         assert set(also) <= set(Candidate(name, also=also).required)
+
+
+def test_a_piston_has_a_leak_that_stands_still_at_rest_only_where_its_load_moves() -> None:
+    still = Candidate("leakage", also=AT_REST)
+    assert still in library(Channel.POSITION, loaded=True)
+    assert still not in library(Channel.POSITION)

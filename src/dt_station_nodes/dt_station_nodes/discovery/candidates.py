@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
-from .further_forms import BELL, BENDING, BRISTLES, FURTHER, bell_starts
+from .further_forms import AT_REST, BELL, BENDING, BRISTLES, FURTHER, bell_starts
 from .place_starts import limit_starts, spring_starts, stop_starts, store_starts
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
@@ -109,7 +109,7 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
             found += [Candidate(name, at, also=also) for at in places]
             formed = any(p.apart and not p.tried_first for p in effect.parameters) and (name, channel) not in _ONE_FORM
             found += [Candidate(name, effect.apart_at, apart=True)] * (apart and formed)
-            further = (form for *of, form in FURTHER if of == [name, channel])
+            further = (form for *of, form in FURTHER if of == [name, channel] and (loaded or form != AT_REST))
             found += [Candidate(name, also=form) for form in further if apart]
     return tuple(found)
 

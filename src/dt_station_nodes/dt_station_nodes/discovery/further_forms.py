@@ -9,6 +9,9 @@ from .problem import Problem
 BELL = ("spread", "depth", "open_at_v", "bend_per_v", "steepness")
 
 BRISTLES = ("presliding",)
+# A piston that does not creep at the rest pressure, as a valve set there sees to: nothing leads there from one that
+# does beside another effect.
+AT_REST = ("base",)
 
 FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     # A valve that works about a voltage bends from there, softly: sharp limits come nowhere near.
@@ -17,6 +20,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("overflow", Channel.POSITION, ("lower_limit", "throttling")),
     # A valve set at rest makes up for what leaks there: a large leak that is not made up for would bend all else first.
     ("leakage", Channel.PRESSURE, ("made_up",)),
+    ("leakage", Channel.POSITION, AT_REST),
     # A spool on an oil film never sticks, nor does one held by bristles, so that no stairs lead to them.
     ("friction", Channel.PRESSURE, ("creep_velocity",)),
     ("friction", Channel.PRESSURE, BRISTLES),
