@@ -11,9 +11,13 @@ from scipy import signal
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSimulator, PlantModel
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery import DiscoveryResult, Verdict, discover, inspection
+from dt_station_nodes.discovery import DiscoveryResult, DiscoverySettings, Verdict, channel, discover, inspection
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.channel import Finding, crowded
-from dt_station_nodes.discovery.problem import Problem
+from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.selection import Bench, fit_null
+from dt_station_nodes.discovery.terms import nominal_terms
 
 PAPER = ModelSpec.from_yaml(
     (Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text(encoding="utf-8")
@@ -92,6 +96,24 @@ def test_a_linear_path_that_fits_to_a_hundredth_lacks_nothing_with_a_name(monkey
     model = {"name": "m", "paths": {"position": {"numerator": [140.0], "denominator": [1.0, 2.5, 200.0]}}}
     result = discover(run, ModelSpec.model_validate(model), jobs=2)
     assert (result.verdict, looks) == (Verdict.PARAMETERS_ONLY, [True])
+
+
+@pytest.mark.parametrize(("others", "verdict"), [(5, Verdict.NAMED), (6, Verdict.UNEXPLAINED)])
+def test_a_name_in_whose_place_six_others_could_stand_is_none(
+    monkeypatch: pytest.MonkeyPatch, others: int, verdict: Verdict
+) -> None:
+    path, voltage = AXIS.paths[Channel.POSITION], 1.5 * np.sin(2.0 * np.pi * 0.4 * TIME_S)
+    lapped = add_effect(path, Candidate("dead_zone"), {"half_width_v": 0.3})
+    position = PathSimulator(Channel.POSITION, STEP_S, voltage, np.zeros(0), 0.0, 0.0).simulate(lapped)
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(voltage.size)
+    run = Run(STEP_S, {"servo_voltage_v": voltage, "position_m": position + noise})
+    problem = make_problem(run, AXIS, Channel.POSITION, DiscoverySettings())
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    freed = {"dead_zone": Candidate("dead_zone").required}
+    fit = fit_hypothesis(problem, hypothesis(problem, lapped, bench.nominal, freed))
+    null, one = fit_null(bench, path), bench.judged(bench.explained(fit, ("dead_zone",), freed))
+    monkeypatch.setattr(channel, "alternatives", lambda *_: (tuple(f"name {k}" for k in range(others)),))
+    assert channel._decide(bench, problem.residual(path), null, [null, one], False).verdict is verdict
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """A piston's spring may be mounted about another place when another run begins."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,13 @@ def test_what_no_place_of_it_explains_leaves_it_where_it_was() -> None:
     path, same = mounted_anywhere(other, SPRING, spring_of(SPRING), left)
     assert path is SPRING
     assert np.array_equal(same, left)
+
+
+def test_a_pressures_spring_stays_where_it_is() -> None:
+    other = problem(0.42, 0.4)
+    still = replace(other, windows=replace(other.windows, anchored=False))
+    left = still.residual(SPRING)
+    assert mounted_anywhere(still, SPRING, spring_of(SPRING), left)[0] is SPRING
 
 
 def test_only_a_piston_has_a_spring_that_is_mounted_anew() -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
-from .further_forms import AT_REST, BELL, BENDING, BRISTLES, FURTHER, bell_starts
+from .further_forms import AT_REST, FURTHER, further_starts
 from .place_starts import limit_starts, spring_starts, stop_starts, store_starts
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
@@ -132,10 +132,9 @@ def grid(
         # A mode rings where it is, but what drives it colours the residual more.
         return peaks if candidate.name == "periodic_disturbance" else [*parameter.starts, *peaks[:2]]
     unit = unit_of(problem, parameter, candidate.place)
-    if candidate.also == BRISTLES and name == "presliding":
-        return [share * unit for share in BENDING]
-    if candidate.also == BELL and name in candidate.required:
-        return bell_starts(problem, parameter)
+    further = further_starts(problem, candidate.also, parameter, unit)
+    if further is not None:
+        return further
     if candidate.name == "cubic_stiffness" and parameter.name in ("centre", "coefficient"):
         return spring_starts(problem, path, parameter, unit)
     if candidate.apart and name == "centre_v":

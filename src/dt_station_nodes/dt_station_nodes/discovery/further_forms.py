@@ -28,7 +28,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("hysteresis", Channel.POSITION, BELL),
 )
 
-BENDING = (0.003, 0.01, 0.03, 0.1)  # of the run's range: the way over which a spool's bristles bend
+_BENDING = (0.003, 0.01, 0.03, 0.1)  # of the run's range: the way over which a spool's bristles bend
 _SPREADS = (0.0, 1.0)
 _WIDTHS = (0.03, 0.07, 0.15, 0.3)  # times the voltage's largest way from its mean,
 _BENDS = (0.5, 1.0, 2.0, 4.0)  # the inverse of it
@@ -36,18 +36,24 @@ _DEPTHS = (0.05, 0.15, 0.5, 0.9)
 _STEEPNESSES = (1.0, 4.0)
 
 
-def bell_starts(problem: Problem, parameter: Parameter) -> list[float]:
+def further_starts(problem: Problem, also: tuple[str, ...], parameter: Parameter, unit: float) -> list[float] | None:
+    """Where a number of a further form begins, of a parameter with the run's `unit`; None: where it usually does."""
+    if also == BELL:
+        return _bell_starts(problem).get(parameter.name)
+    return [share * unit for share in _BENDING] if also == BRISTLES and parameter.name in also else None
+
+
+def _bell_starts(problem: Problem) -> dict[str, list[float]]:
     """Where a loop of relays dense as a bell begins: its middle may be where the valve works, or at 0 V."""
     voltage = problem.simulator.voltage_v
     mean = float(voltage.mean())
     way = float(abs(voltage - mean).max())
-    middles = (0.0,) if problem.channel is Channel.POSITION else (0.0, mean, 0.5 * float(voltage.min() + voltage.max()))
-    starts = {
-        "half_width_v": tuple(share * way for share in _WIDTHS),
-        "spread": _SPREADS,
-        "depth": _DEPTHS,
+    middles = [0.0] if problem.channel is Channel.POSITION else [0.0, mean, 0.5 * float(voltage.min() + voltage.max())]
+    return {
+        "half_width_v": [share * way for share in _WIDTHS],
+        "spread": list(_SPREADS),
+        "depth": list(_DEPTHS),
         "open_at_v": middles,
-        "bend_per_v": tuple(bend / way for bend in _BENDS),
-        "steepness": _STEEPNESSES,
+        "bend_per_v": [bend / way for bend in _BENDS],
+        "steepness": list(_STEEPNESSES),
     }
-    return list(starts[parameter.name])

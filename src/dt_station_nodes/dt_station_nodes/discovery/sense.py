@@ -169,7 +169,7 @@ def _warms(path: PathSpec, problem: Problem) -> bool:
 def _slips(path: PathSpec, problem: Problem) -> bool:
     """Whether a spool that breaks away slips a part of the way: one that does not is a play operator, a loop.
 
-    One that creeps is a lag where the run seldom moves it faster.
+    One that creeps is a lag where the run seldom moves it faster; bristles so stiff that they hardly bend make it play.
     """
     spool = path.effect("friction").parameters
     if problem.channel is not Channel.PRESSURE:

@@ -641,6 +641,26 @@ def test_a_line_throws_back_a_share_that_comes_two_dead_times_later(echo):
     assert out[-1] == pytest.approx(answer("delay", {"delay_s": delay_s}, voltage=step)[-1])
 
 
+@pytest.mark.parametrize("mixing", [0.1, 0.3])
+def test_a_line_that_mixes_is_late_by_its_dead_time_with_that_spread(mixing):
+    delay_s = 0.3
+    step = np.where(TIME >= TS, 1.0, 0.0)
+    late = TIME[:-1]
+
+    def arrivals(**more):
+        out = answer("delay", {"delay_s": delay_s, **more}, voltage=step)
+        return np.diff(out, prepend=0.0) / out[-1]
+
+    comes, plain = arrivals(mixing=mixing), float(arrivals() @ late)
+    mean = float(comes @ late)
+    # What comes within a sample shows at its end: on average half of one later than it is put down here.
+    assert mean + 0.5 * TS == pytest.approx(plain, abs=0.2 * TS)
+    assert float(comes @ (late - mean) ** 2) ** 0.5 == pytest.approx(mixing * delay_s, rel=0.05)
+    assert np.all(comes >= -1e-12)
+    # What comes early as well leaves the dead time as long.
+    assert float(arrivals(mixing=mixing, dispersion=0.2) @ late) + 0.5 * TS == pytest.approx(plain, abs=0.2 * TS)
+
+
 def test_a_delay_that_wanders_is_longer_and_shorter_in_turn():
     ramp = 1.0 * TIME
     out = answer("delay", {"delay_s": 0.2, "wander": 0.5, "wander_hz": 0.25, "wander_rad": 0.3}, voltage=ramp)

@@ -53,13 +53,12 @@ def _echoed(s: Doubles, head: int, behind: float, echo: float, first: float) -> 
 
 
 @njit(cache=True)
-def _mixed(s: Doubles, cell_s: float, h: float, value: float) -> float:
-    """What leaves a row of equal cells, in each of which all that entered is well mixed."""
+def _mixed(s: Doubles, share: float, value: float) -> float:
+    """What leaves a row of equal cells, well mixed, each of which passes on a `share` of what is new in a sub-step."""
     if s[_CELLS_AT + _CELLS] == 0.0:
         s[_CELLS_AT + _CELLS] = 1.0
         for k in range(_CELLS):
             s[_CELLS_AT + k] = value
-    share = -math.expm1(-h / cell_s)
     for k in range(_CELLS):
         s[_CELLS_AT + k] += share * (value - s[_CELLS_AT + k])
         value = s[_CELLS_AT + k]
@@ -78,8 +77,11 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     wander = p[2] * math.sin(2.0 * math.pi * p[3] * c[TIME] + p[4]) if p[2] != 0.0 else 0.0
     longer = p[6] * _leaning(s, p[0], c[SUBSTEP], value) if p[6] != 0.0 else 0.0
     cell_s = p[0] * p[8] / math.sqrt(_CELLS)
-    spread = p[0] * min(p[5], 1.0) + _CELLS * cell_s
-    behind = min(max((p[0] * (1.0 + p[1] * abs(value) + wander + longer) - spread) / c[SUBSTEP], 0.0), 510.0)
+    share = -math.expm1(-c[SUBSTEP] / cell_s) if cell_s > 0.0 else 1.0
+    mixing_s = _CELLS * c[SUBSTEP] * (1.0 / share - 1.0)
+    early = p[0] * min(p[5], 1.0)
+    line = p[0] * (1.0 + p[1] * abs(value) + wander + longer) - early - mixing_s
+    behind = min(max(line / c[SUBSTEP], 0.0), 510.0)
     whole = int(behind)
     part = behind - whole
     recent = s[(head - whole) % 512]
@@ -88,9 +90,9 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     on_time = recent + part * (older - recent)
     if p[7] != 0.0:
         on_time = _echoed(s, head, behind, p[7], on_time)
-    if cell_s > 1e-6:
-        return _mixed(s, cell_s, c[SUBSTEP], on_time)
-    return on_time if p[5] == 0.0 else _dispersed(s, spread, max(p[5], 1.0), c[SUBSTEP], on_time)
+    if cell_s > 0.0:
+        on_time = _mixed(s, share, on_time)
+    return on_time if p[5] == 0.0 else _dispersed(s, early, max(p[5], 1.0), c[SUBSTEP], on_time)
 
 
 EFFECT = Effect(
