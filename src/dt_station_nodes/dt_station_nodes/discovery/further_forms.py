@@ -24,6 +24,8 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     # A spool on an oil film never sticks, nor does one held by bristles, so that no stairs lead to them.
     ("friction", Channel.PRESSURE, ("creep_velocity",)),
     ("friction", Channel.PRESSURE, BRISTLES),
+    # What a saturating coil does to a piston's way parameters off bend to, all but its lag.
+    ("extra_lag", Channel.POSITION, ("saturation",)),
     ("hysteresis", Channel.PRESSURE, BELL),
     ("hysteresis", Channel.POSITION, BELL),
 )

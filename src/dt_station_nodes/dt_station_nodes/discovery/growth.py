@@ -143,8 +143,10 @@ class Growth:
         # Beside an effect that does nothing, those in place of the other are the single ones, known already.
         if len(leaders[0].added) == 1 and _idle(larger[0], leaders[0], measure):
             return
-        # One a little behind may have grown from a form of its first effect that the second makes needless.
-        near = [e for e in larger[:2] if measure.score(e) - measure.score(larger[0]) < _NEAR]
+        # One a little behind may have grown from a form of its first effect that the second makes needless; where all
+        # that is fitted is fitted refined, none has.
+        foremost = larger[: 1 if measure.rough else 2]
+        near = [e for e in foremost if measure.score(e) - measure.score(larger[0]) < _NEAR]
         for explanation in near:
             self._exchanged[tuple(sorted(explanation.added))] = explanation
             self._learn(exchange(self._bench, explanation, MOST, self._finest, self._reached()), measure)

@@ -94,4 +94,4 @@ def _looked_at(
     whole = unseen
     if validation and unseen and len(unseen.measured) < len(validation):
         whole = make_problem(validation, spec, channel, settings)
-    return polished(finding, whole), [text for text in (unheard, note, drift, short.note) if text]
+    return polished(finding, whole, workers), [text for text in (unheard, note, drift, short.note) if text]

@@ -20,6 +20,7 @@ from .terms import Hypothesis
 from .timing import without
 from .unseen import has_chance
 from .windows import make_windows
+from .workers import ALONE, Workers
 
 Array = NDArray[np.float64]
 
@@ -119,7 +120,7 @@ def carried_over(finding: Finding, problem: Problem, path: PathSpec) -> Finding:
     return replace(finding, problem=problem, given=given, null=null, best=best, sigma=sigma)
 
 
-def polished(finding: Finding, check: Problem | None = None) -> Finding:
+def polished(finding: Finding, check: Problem | None = None, workers: Workers = ALONE) -> Finding:
     """A named finding with its parameters refitted in short windows, offset and slope of each left free.
 
     Such windows say too little to choose by, but what they say of forces is free of the drift that all that is not
@@ -136,9 +137,9 @@ def polished(finding: Finding, check: Problem | None = None) -> Finding:
     if float(np.std(windows.project(problem.measured))) < TELLING * noise:
         return finding
     hiss = len(problem.measured) * (noise / problem.sigma) ** 2
-    whole = _refitted(near, finding.best.fit)
+    whole = _refitted(near, workers, finding.best.fit)
     added = finding.best.added
-    best, kept = _needed(whole, added, lambda bare: _refitted(near, bare), hiss, partial(_less_or_leaning, near))
+    best, kept = _needed(whole, added, partial(_refitted, near, workers), hiss, partial(_less_or_leaning, near))
     best = _less_adrift(near, best, check)
     residual = problem.residual(best.path)
     seen = replace(best, residual=residual, rss=float(residual @ residual) / problem.sigma**2)
@@ -162,27 +163,34 @@ def _leaning(hypothesis: Hypothesis) -> list[Array]:
     return [np.where(kept, lean, start) for lean in LEANING] if kept.any() else []
 
 
+def _begun(near: Problem, start: tuple[Hypothesis, Array]) -> Fit:
+    return fit_hypothesis(near, start[0], [start[1]], iterations=15)
+
+
 def _settled(near: Problem, fit: Fit) -> Fit:
     """A fit begun anew around where it ended, until that gains nothing."""
     for _ in range(TURNS):
         here = Hypothesis(fit.path, fit.hypothesis.terms)
-        fits = [fit_hypothesis(near, here, [here.scaled(here.start(), factor)], iterations=15) for factor in NEARBY]
-        best = min(fits, key=lambda f: f.fitted.cost)
+        best = fit
+        for factor in NEARBY:
+            start, rival = here.scaled(here.start(), factor), best.fitted.cost
+            best = min(best, fit_hypothesis(near, here, [start], 15, rival=rival), key=lambda f: f.fitted.cost)
         if best.fitted.cost >= fit.fitted.cost * (1.0 - SETTLED):
             break
         fit = best
     return fit
 
 
-def _refitted(near: Problem, fit: Fit) -> Fit:
+def _refitted(near: Problem, workers: Workers, fit: Fit) -> Fit:
     """The effects of a fit, plain and as they are, fitted to a problem; the best."""
     here = Hypothesis(fit.path, fit.hypothesis.terms)
-    fits = []
+    begun = []
     for hypothesis in (_textbook(here), here):
         starts = [hypothesis.scaled(hypothesis.start(), factor) for factor in AROUND] + _leaning(hypothesis)
-        fits += [fit_hypothesis(near, hypothesis, [x], iterations=15) for x in starts]
+        begun += [(hypothesis, x) for x in starts]
+    fits = workers.results(partial(_begun, near), begun)
     best = sorted(fits, key=lambda f: f.fitted.cost)[:AGAIN]
-    return min((_settled(near, fit) for fit in best), key=lambda f: f.fitted.cost)
+    return min(workers.results(partial(_settled, near), best), key=lambda f: f.fitted.cost)
 
 
 def _less_adrift(near: Problem, fit: Fit, check: Problem | None) -> Fit:

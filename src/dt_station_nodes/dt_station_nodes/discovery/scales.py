@@ -60,6 +60,7 @@ def scales(run: Run, channel: Channel, path: PathSpec, load: Array) -> dict[Quan
         Quantity.PER_OUTPUT_SQUARED: 1.0 / output**2,
         Quantity.PER_OUTPUT_CUBED: 1.0 / output**3,
         Quantity.VELOCITY: speed,
+        Quantity.ACCELERATION: speed / pace,
         Quantity.TIME: pace,
         Quantity.RUN_TIME: length,
         Quantity.RATE: 1.0 / pace,

@@ -117,6 +117,21 @@ def test_a_load_that_coasts_in_its_gap_goes_on_when_its_drive_stops() -> None:
     assert np.allclose(coasts[20:100], stands[20:100], atol=1e-9)
 
 
+@pytest.mark.parametrize("coast_s", [0.0, 0.2])
+def test_a_load_that_rubs_in_its_gap_comes_as_far_as_its_speed_takes_it(coast_s: float) -> None:
+    drag, half = 0.5, 0.02
+    voltage = np.repeat([2.0, 0.0], [100, 200])
+    driven = position(voltage, POSITION)
+    out = position(voltage, having(POSITION, "backlash", half_width=half, dry_drag=drag, coast_s=coast_s))
+    # It leaves its drive where that slows down quicker, and takes no notice of it any more.
+    at = 100 + int(np.argmax(np.abs(out[100:] - driven[100:] + half) > 1e-9)) - 1
+    speed = (driven[at] - driven[at - 1]) / STEP_S
+    lost = drag * coast_s
+    way = coast_s * (speed - lost * np.log1p(speed / lost)) if coast_s else 0.5 * speed**2 / drag
+    assert out[-1] - out[at] == pytest.approx(way, rel=1e-6)
+    assert np.ptp(out[-100:]) == 0.0
+
+
 def test_a_gain_that_steps_is_the_voltage_stepping_with_it() -> None:
     voltage = 2.0 + np.sin(2.0 * np.pi * 0.5 * STEP_S * np.arange(400))
     steps = {"jump": -0.2, "jump_s": 100 * STEP_S, "second_jump": 0.3, "second_jump_s": 250 * STEP_S}

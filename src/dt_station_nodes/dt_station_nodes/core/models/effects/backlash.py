@@ -12,6 +12,21 @@ _WIDE, _NARROW = 2, 4
 
 
 @njit(cache=True)
+def _coasted(speed: float, coast_s: float, drag: float, h: float) -> tuple[float, float]:
+    """How far a free load gets in h, and its speed then: v' = -v / coast_s - drag sgn v, until it stands."""
+    size = abs(speed)
+    if coast_s <= 0.0:
+        h = min(h, size / drag)
+        return math.copysign((size - 0.5 * drag * h) * h, speed), math.copysign(size - drag * h, speed)
+    lost = drag * coast_s
+    if lost > 0.0:
+        h = min(h, coast_s * math.log1p(size / lost))
+    kept = math.exp(-h / coast_s)
+    way = (size + lost) * coast_s * (1.0 - kept) - lost * h
+    return math.copysign(way, speed), math.copysign((size + lost) * kept - lost, speed)
+
+
+@njit(cache=True)
 def _carried(s: Doubles, joint: int, value: float, half_width: float, p: Doubles, c: Doubles) -> float:
     """Where one joint's load is after a step: free in the gap, brought back into it over the time its contact takes.
 
@@ -19,10 +34,9 @@ def _carried(s: Doubles, joint: int, value: float, half_width: float, p: Doubles
     """
     place, speed = s[joint], s[joint + 1]
     h, lag_s, coast_s = c[SUBSTEP], p[1], p[3]
-    if coast_s > 0.0:
-        kept = math.exp(-h / coast_s)
-        place += speed * coast_s * (1.0 - kept)
-        speed *= kept
+    if coast_s > 0.0 or p[6] > 0.0:
+        way, speed = _coasted(speed, coast_s, p[6], h)
+        place += way
     off, pushing = 0.0, (value - s[_BEFORE]) / h
     if place < value - half_width:
         off, speed = value - half_width - place, max(speed, pushing)
@@ -76,7 +90,7 @@ EFFECT = Effect(
         Parameter(
             "coast_s",
             Quantity.TIME,
-            "time constant with which drag stops the load while nothing pushes it; 0: it stands at once",
+            "time constant with which oil drags on the load while nothing pushes it; 0 with no dry drag: it stands",
             0.0,
             0.5,
             (0.02,),
@@ -92,6 +106,16 @@ EFFECT = Effect(
             (0.1,),
             optional=True,
             at=Attachment.INPUT,
+        ),
+        Parameter(
+            "dry_drag",
+            Quantity.ACCELERATION,
+            "how much slower dry friction makes the load every second while nothing pushes it",
+            0.0,
+            200.0,
+            (1.0, 5.0),
+            optional=True,
+            at=Attachment.OUTPUT,
         ),
     ),
     step=_step,

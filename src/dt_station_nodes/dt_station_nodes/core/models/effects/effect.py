@@ -28,6 +28,7 @@ class Quantity(Enum):
     PER_SIGNAL = "1/signal"
     PER_SIGNAL_SQUARED = "1/signal^2"
     VELOCITY = "output/s"
+    ACCELERATION = "output/s^2"
     TIME = "s"
     RUN_TIME = "s, of the run"
     RATE = "1/s"

@@ -41,6 +41,12 @@ def _slowed(gap: float, turbulence: float) -> float:
     return 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * turbulence * abs(gap)))
 
 
+@njit(cache=True)
+def _quickened(after: float, saturation: float) -> float:
+    """Factor of the time constant of a coil whose core saturates, at a current of `after`: its inductance falls."""
+    return 1.0 / (1.0 + (saturation * after) ** 2)
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[1] == 0.0:
@@ -49,6 +55,9 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[2] = value
     gap = value - s[0]
     lag = p[0] * sided(gap, s[0], p[3], -p[4], p[5]) * _slowed(gap, p[6])
+    if lag > 1e-9 and p[8] > 0.0:
+        half = math.exp(-0.5 * c[SUBSTEP] / (lag * _quickened(s[0], p[8])))
+        lag *= _quickened(value - gap * half, p[8])
     if lag > 1e-9 and p[7] > 1e-9:
         first = _heavy(s, lag, p[7], c[SUBSTEP], value)
     else:
@@ -111,11 +120,21 @@ EFFECT = Effect(
             (0.02,),
             optional=True,
         ),
+        Parameter(
+            "saturation",
+            Quantity.PER_SIGNAL,
+            "s of a coil whose core saturates: where y volts are behind the lag, it is 1/(1 + (s y)^2) of itself",
+            0.0,
+            10.0,
+            (1.0,),
+            optional=True,
+            at=Attachment.INPUT,
+        ),
     ),
     step=_step,
     check="Measure amplifier current against voltage, and the sensor's filter; compare the step answer's first part.",
     source="elements of first and second order, exact for a held input; spool, drop of a restrictor: Merritt (1967), "
-    "7.5 and 3.3",
+    "7.5 and 3.3; flux of a saturating core as the arc tangent of its current",
     state_size=4,
     sub_stepped=True,
     also=on_both(Attachment.OUTPUT),
