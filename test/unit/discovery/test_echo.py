@@ -1,10 +1,11 @@
-"""A ripple or an offset of the pressure is named once, on the pressure."""
+"""A ripple of the pressure, or what its sensor makes of it, is named once, on the pressure."""
 
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -13,7 +14,14 @@ from cases import Case, make
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery import discover
+from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.channel import Finding
+from dt_station_nodes.discovery.echo import without_echo
+from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.selection import Bench, fit_null
+from dt_station_nodes.discovery.terms import nominal_terms
 
 HERTZ = 2.3
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
@@ -44,3 +52,29 @@ def test_a_pressure_read_too_high_is_no_drift_of_the_position() -> None:
     run = make(Case(shape="triangle", seed=3, seconds=24.0))
     high = Run(run.sample_time_s, {**run.signals, "pressure_pa": run.signals["pressure_pa"] + 2.0e6}, source="high")
     assert {e.channel for e in discover(high, PAPER, jobs=2).effects} == {Channel.PRESSURE}
+
+
+def finding(run: Run, channel: Channel, name: str, **numbers: float) -> Finding:
+    """What a channel says where it is named for one effect, begun at `numbers`."""
+    bare = PAPER.paths[channel].model_copy(update={"effects": ()})
+    problem = make_problem(run, PAPER, channel, DiscoverySettings())
+    bench = Bench(problem, nominal_terms(bare, problem.signal))
+    null, freed = fit_null(bench, bare), {name: tuple(numbers)}
+    begun = hypothesis(problem, add_effect(bare, Candidate(name), numbers), bench.nominal, freed)
+    best = bench.explained(fit_hypothesis(problem, begun), (name,), freed)
+    given = problem.residual(bare)
+    return Finding(problem, Verdict.NAMED, given, null, best, (best, null), (0.0, 1e3), ((),), 1e3, 1e3, 0.0, 1e-7)
+
+
+@pytest.mark.parametrize("reads_late", [True, False])
+def test_only_what_a_pressure_read_late_makes_of_the_position_is_no_effect(reads_late: bool) -> None:
+    """Whole discoveries named a dead zone on the position beside the sensor's lag."""
+    run = make(Case((() if reads_late else (("dead_zone", "position", 1.0),)), "square", seed=3, seconds=24.0))
+    pressure, kept = run.signals["pressure_pa"], np.exp(-run.sample_time_s / 0.4)
+    late = lfilter([1.0 - kept], [1.0, -kept], pressure - pressure[0]) + pressure[0]
+    run = Run(run.sample_time_s, {**run.signals, "pressure_pa": late}, source="late")
+    earlier = finding(run, Channel.PRESSURE, "extra_lag", time_constant_s=0.3)
+    there = finding(run, Channel.POSITION, "dead_zone", half_width_v=0.05)
+    said = without_echo(there, [earlier])
+    assert said.verdict is (Verdict.NOTHING_MISSING if reads_late else Verdict.NAMED)
+    assert said.best is (there.null if reads_late else there.best)

@@ -1,7 +1,7 @@
 """What the pressure was found to have, heard again in the position.
 
-The position's model is driven by the pressure as measured: what its sensor adds, or its samples leave out of a quick
-ripple, is left in the position's residual: at the same frequency, or as a drift.
+The position's model is driven by the pressure as measured: what its sensor adds or takes, or its samples leave out of a
+quick ripple, is left in the position's residual: at the same frequency, or as a drift.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ def _frequency_hz(path: PathSpec) -> float | None:
 
 
 def without_echo(finding: Finding, earlier: Sequence[Finding]) -> Finding:
-    """The finding, or nothing missing where all it names is a ripple or an offset that the pressure has."""
+    """The finding, or nothing missing where all it names is what the pressure has, which its sensor may have added."""
     named = [other for other in earlier if other.verdict is Verdict.NAMED]
     if finding.problem.channel is not Channel.POSITION or finding.verdict is not Verdict.NAMED:
         return finding
@@ -42,14 +42,14 @@ def _rippled(finding: Finding, other: Finding) -> bool:
 
 
 def _misread(finding: Finding, other: Finding) -> bool:
-    """Whether the position needs no effect where the pressure is less what its sensor may have read too high."""
-    path = other.best.fit.path
-    bias = next((e for e in path.effects if e.name == "bias" and e.name in other.best.added), None)
+    """Whether the position needs no effect where the pressure is less what its sensor may have made of it."""
     simulator = finding.problem.simulator
-    if bias is None or not len(simulator.load_pa) or path.denominator[-1] == 0.0:
+    found = other.best.fit.path
+    kept = tuple(effect for effect in found.effects if effect.name not in other.best.added)
+    added = other.problem.simulate(found) - other.problem.simulate(found.model_copy(update={"effects": kept}))
+    if added.shape != simulator.load_pa.shape:
         return False
-    high_pa = path.scale * path.gain * path.numerator[-1] / path.denominator[-1] * bias.parameters["bias_v"]
-    right = replace(finding.problem, simulator=replace(simulator, load_pa=simulator.load_pa - high_pa))
+    right = replace(finding.problem, simulator=replace(simulator, load_pa=simulator.load_pa - added))
     nominal = finding.null.fit.path
     fit = fit_null(Bench(right, nominal_terms(nominal, right.signal, right.rough)), nominal).fit
     return fit.rss <= _AS_WELL * finding.best.fit.rss
