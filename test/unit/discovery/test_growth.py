@@ -172,11 +172,30 @@ def test_a_pair_is_reduced_and_exchanged_before_it_gets_a_third(
         return []
 
     monkeypatch.setattr(growth, "scan", scanned)
-    monkeypatch.setattr(growth, "exchange", exchanged)
+    monkeypatch.setattr(growth, "parts", exchanged)
     monkeypatch.setattr(growth, "reduced", reduced)
     Growth(bench, first, [first, single, *([] if part else [pair])], 3).run()
     assert done[: len(expected)] == expected
     assert part or len(done) == 1
+
+
+@pytest.mark.parametrize(("share", "again"), [(0.05, False), (0.2, True)])
+def test_no_effect_is_exchanged_on_what_leaves_the_same_as_what_each_was_added_to(
+    singles: tuple[Bench, Explanation, list[Explanation]], monkeypatch: pytest.MonkeyPatch, share: float, again: bool
+) -> None:
+    """Of the noise power, between the two: a form found beside another effect may be another."""
+    bench, null, found = singles
+    measure = take_measure(bench, found)
+    count = len(bench.problem.measured)
+    apart = (share * measure.floors[0]) ** 0.5 * np.where(np.arange(count) % 2, 1.0, -1.0)
+    single = found[1]
+    moved = replace(single, fit=replace(single.fit, residual=single.fit.residual + apart))
+    bases: list[Explanation] = []
+    monkeypatch.setattr(growth, "scan", lambda _bench, chosen, *_: bases.extend(chosen) or [])
+    growing = Growth(bench, null, list(found), 3)
+    growing._scan([single], measure)
+    assert growing._alike(moved, measure) is not again
+    assert not growing._alike(replace(moved, added=("another",)), measure)
 
 
 def test_two_effects_that_miss_much_of_the_signal_are_not_given_a_third(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -219,7 +238,7 @@ def test_a_pair_that_explains_the_run_is_exchanged_whatever_the_validation_run_s
         exchanged.append(leader.added)
         return []
 
-    monkeypatch.setattr(growth, "exchange", noted)
+    monkeypatch.setattr(growth, "parts", noted)
     monkeypatch.setattr(growth, "scan", lambda *_: [])
     monkeypatch.setattr(growth, "reduced", lambda *_: [])
     for powers, expected in (((0.0, missed), 1), ((missed, 0.0), 0)):

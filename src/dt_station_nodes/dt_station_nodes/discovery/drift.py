@@ -17,6 +17,7 @@ from .workers import Workers
 
 ADRIFT = 1.2  # times what counts as nothing, RMS: a free run that stays nearer does not drift
 TOLD = 20.0  # twice the log-likelihood ratio: a drift says little of the form of what makes it
+_MOST = 2  # names are enough to tell that one is not
 _QUIET = (Verdict.NOTHING_MISSING, Verdict.PARAMETERS_ONLY)
 
 
@@ -36,7 +37,7 @@ def found_adrift(
     channel = finding.problem.channel
     if finding.verdict not in _QUIET or finding.interrupted or not finding.problem.windows.anchored:
         return finding, ""
-    settings = replace(settings, window_s=np.inf)
+    settings = replace(settings, window_s=np.inf, max_effects=min(settings.max_effects, _MOST))
     whole = replace(make_problem(run, spec, channel, settings), weights=finding.problem.weights)
     if whole.rough or not _drifts(whole, finding):
         return finding, ""

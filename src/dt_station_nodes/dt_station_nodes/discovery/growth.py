@@ -4,7 +4,7 @@ import numpy as np
 
 from .choice import BENT, ENOUGH_TO_NAME, NEXT_LEAVES, WORTH_NOISE, Measure, could_add, take_measure
 from .distinct import distinct
-from .neighbours import exchange, reduced
+from .neighbours import parts, reduced
 from .recurring import recurring
 from .search import scan
 from .selection import Bench, Explanation
@@ -20,6 +20,7 @@ FOREIGN = 100.0  # twice the log-likelihood ratio by which it leads
 IDLE = 8.0  # twice the log-likelihood ratio that any further effect may gain by chance
 _NEAR = 100.0  # twice the log-likelihood ratio by which a set is behind that is looked into as the foremost one is
 _ROUNDS = 2
+_TRACE = 0.1  # of the noise power, between what two forms leave: from both the same is found
 _ANEW = 20.0  # a set found so much better than when it was grown from is grown from again
 
 
@@ -33,6 +34,7 @@ class Growth:
         self._grown: dict[tuple[str, ...], Explanation] = {}
         self._exchanged: dict[tuple[str, ...], Explanation] = {}
         self._lessened: dict[tuple[str, ...], Explanation] = {}
+        self._scanned: list[Explanation] = []
 
     def run(self) -> None:
         """A larger set may find a better form of a smaller one: then another round grows from that."""
@@ -111,7 +113,7 @@ class Growth:
         if not bases:
             return False
         self._grown.update({tuple(sorted(e.added)): e for e in bases})
-        self._learn(scan(self._bench, bases, MOST, self._finest, self._reached()), measure)
+        self._scan(bases, measure)
         return True
 
     def _foreign(self) -> bool:
@@ -149,7 +151,8 @@ class Growth:
         near = [e for e in foremost if measure.score(e) - measure.score(larger[0]) < _NEAR]
         for explanation in near:
             self._exchanged[tuple(sorted(explanation.added))] = explanation
-            self._learn(exchange(self._bench, explanation, MOST, self._finest, self._reached()), measure)
+            bases = parts(self._bench, explanation)
+            self._scan([base for base in bases if not self._alike(base, measure)], measure)
         self._known[:] = distinct(self._bench, self._known)
 
     def _needless(self, larger: Explanation, leaders: list[Explanation], measure: Measure) -> bool:
@@ -172,8 +175,17 @@ class Growth:
     def _reached(self) -> float:
         return min(e.fit.fitted.cost for e in self._known)
 
-    def _learn(self, found: list[Explanation], measure: Measure) -> None:
-        self._known += recurring(found, self._known, measure)
+    def _scan(self, bases: list[Explanation], measure: Measure) -> None:
+        if bases:
+            self._scanned += bases
+            found = scan(self._bench, bases, MOST, self._finest, self._reached())
+            self._known += recurring(found, self._known, measure)
+
+    def _alike(self, base: Explanation, measure: Measure) -> bool:
+        """Whether every effect was added to a set of these names that leaves the same but for a trace of noise."""
+        most = _TRACE * len(base.fit.residual) * measure.floors[0]
+        same = (e for e in self._scanned if set(e.added) == set(base.added))
+        return any(float(np.sum(np.square(e.fit.residual - base.fit.residual))) < most for e in same)
 
 
 def _idle(larger: Explanation, single: Explanation, measure: Measure) -> bool:

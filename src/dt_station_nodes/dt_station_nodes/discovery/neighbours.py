@@ -1,4 +1,4 @@
-"""Sets beside a found one: less one effect, with one exchanged, the best form of each."""
+"""Sets beside a found one: less one effect, the best form of each."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -10,7 +10,6 @@ from .choice import Measure
 from .distinct import distinct
 from .hypothesis_fit import fit_hypothesis
 from .refinements import refined_starts, refinements
-from .search import scan
 from .selection import Bench, Explanation
 from .timing import without
 
@@ -67,9 +66,9 @@ def _fitted(bench: Bench, task: _Bare) -> Explanation:
     return bench.judged(bench.explained(fit, task.bare.added, task.freed))
 
 
-def exchange(bench: Bench, leader: Explanation, most: int, finest: int, reached: float) -> list[Explanation]:
-    """Every candidate in place of each of a set's effects: the order they were found in may have misled the search."""
-    return scan(bench, [_without(bench, leader, name) for name in leader.added], most, finest, reached)
+def parts(bench: Bench, leader: Explanation) -> list[Explanation]:
+    """A set less each of its effects, for every candidate in its place: the order they were found in may mislead."""
+    return [_without(bench, leader, name) for name in leader.added]
 
 
 def lessened(

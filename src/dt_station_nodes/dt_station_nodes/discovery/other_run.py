@@ -73,7 +73,9 @@ def found_there(
     """The finding and what to say of it: that of the other run, where that one shows more of what is missing."""
     if unseen is None or finding.interrupted or not _shows_more(finding):
         return finding, ""
-    there = examine(unseen, path, settings, progress, finding.problem, workers)
+    # What is named must explain this run too, which shows no more than was found there, or little more.
+    most = min(settings.max_effects, len(finding.best.added) + 1)
+    there = examine(unseen, path, replace(settings, max_effects=most), progress, finding.problem, workers)
     if there.verdict is not Verdict.NAMED or max(there.over_noise) > BETTER * max(finding.over_noise):
         return finding, ""
     here = replace(there, given=finding.given, null=finding.null, sigma=finding.sigma)
