@@ -20,7 +20,7 @@ from dt_station_nodes.discovery.parsimony import simplified
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.refinements import GRIP, refinements
 from dt_station_nodes.discovery.search import scan, scan_whole
-from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
+from dt_station_nodes.discovery.selection import Bench, Explanation, as_given, fit_null
 from dt_station_nodes.discovery.tasks import StoppedError, Task, each
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -236,6 +236,22 @@ def test_friction_begins_on_what_holds_on_between_jumps_too(between_v: float, st
     begun = grid(problem, path, Candidate("friction"), "coulomb_v", problem.residual(path))
     assert len(begun) == starts
     assert min(begun) < 0.1 * between_v
+
+
+def test_far_outside_the_start_that_leaves_least_is_not_the_only_one_looked_at() -> None:
+    """A friction that holds between jumps is nearer to none at all than one half as large, but leads nowhere."""
+    jumps = np.arange(900) % 120 < 4
+    held = run_with("friction", {"coulomb_v": 0.6}, np.sign(np.sin(0.026 * np.arange(900))) * np.where(jumps, 3.0, 0.7))
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(held, nominal_terms(path, held.signal))
+    task = Task(as_given(bench, path), Candidate("friction"))
+    starts, _, like = search._starts(bench, task)
+    alone = [fit_hypothesis(held, like, [x], 0) for x in starts]
+    nearest = min(range(len(starts)), key=lambda i: alone[i].fitted.cost)
+    assert fit_hypothesis(held, like, [starts[nearest]], 3).rss > 100.0 * len(held.measured)
+    seen = search._glance(bench, task).seen
+    assert seen is not None
+    assert seen.fit.rss < 2.0 * len(held.measured)
 
 
 def test_a_mass_that_rides_on_the_path_is_a_mode_with_a_negative_share() -> None:

@@ -31,6 +31,7 @@ _Steps = tuple[list[Explanation], dict[str, Explanation]]
 
 SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
 _GLANCES = (3, 8)
+_FAR_OUTSIDE = 1e4  # times noise's power
 _MANY = 4  # starts to follow of a contact that grips
 
 
@@ -38,7 +39,9 @@ def _glance(bench: Bench, task: Task) -> Task:
     """A few steps of the plain form: enough to see which candidates deserve the whole."""
     starts, near, like = _starts(bench, task)
     forms = [] if bench.rough else by_form(like, starts, tuned=False)
-    groups = [Group(apart, 1) for apart in forms or [starts]]
+    # Far outside, the least of starts may be the one that leads nowhere.
+    far = task.base.fit.rss > _FAR_OUTSIDE * len(task.base.fit.residual)
+    groups = [Group(apart, 2 if far else 1) for apart in forms or [starts]]
     # From where the given parameters are, the way to below a base that they were bent for is longer.
     steps = _GLANCES[task.base.fit.penalty > FAR_OFF]
     fit, *_ = fit_groups(bench.problem, like, *_spared(task, groups, [Group(near, 1)]), steps)
