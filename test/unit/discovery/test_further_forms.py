@@ -11,6 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from valves import BARE, SPEC, WAVES, answered
 
 from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec, PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, library, plain_starts
@@ -19,6 +20,12 @@ from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.terms import nominal_terms
 
+PAPER = ModelSpec.from_yaml(
+    (Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text(encoding="utf-8")
+)
+PISTON = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (), "disturbance": None})
+FINE_S, FINER = 0.001, 20
+SAMPLED = np.repeat(np.arange(1200) * FINE_S * FINER, FINER)
 LINES_V = np.linspace(0.0, 5.2, 81)
 UP_V, DOWN_V = (lines.ravel() for lines in np.meshgrid(LINES_V[1:], LINES_V[:-1], indexing="ij"))
 
@@ -43,9 +50,9 @@ def magnetised(wave: int) -> Run:
     return answered(given, 0.6 * given + 0.4 * (loop - loop[0] + given[0]), wave)
 
 
-def fitted(problem: Problem, candidate: Candidate) -> Fit:
-    nominal = nominal_terms(BARE, problem.signal)
-    paths = plain_starts(problem, BARE, candidate, problem.residual(BARE))
+def fitted(problem: Problem, candidate: Candidate, bare: PathSpec = BARE) -> Fit:
+    nominal = nominal_terms(bare, problem.signal)
+    paths = plain_starts(problem, bare, candidate, problem.residual(bare))
     free = {candidate.name: candidate.required}
     hypotheses = [hypothesis(problem, path, nominal, free) for path in paths]
     return fit_hypothesis(problem, hypotheses[0], [h.start() for h in hypotheses], 20, 4)
@@ -62,6 +69,38 @@ def test_relays_dense_as_a_bell_are_found_with_their_numbers(wave: int) -> None:
     assert numbers["bend_per_v"] == pytest.approx(2.0 / np.sqrt(2.0 * np.pi), rel=0.15)
     height_v = numbers["depth"] * numbers["steepness"] / numbers["bend_per_v"]
     assert height_v == pytest.approx(0.4 * 2.6, rel=0.2)
+
+
+def moved(servo_v: np.ndarray, load_v: np.ndarray, acting_v: np.ndarray) -> Problem:
+    """A piston that `acting_v` moves where `servo_v` was given, and a little noise."""
+    position = PathSimulator(Channel.POSITION, FINE_S, acting_v, np.zeros(0), 1e6, 0.0).simulate(PISTON)[::FINER]
+    position = position + 1e-4 * np.random.default_rng(3).standard_normal(len(position))
+    signals = {"servo_voltage_v": servo_v[::FINER], "load_voltage_v": load_v[::FINER], "position_m": position}
+    return make_problem(Run(FINE_S * FINER, signals), PAPER, Channel.POSITION, DiscoverySettings())
+
+
+@pytest.mark.parametrize("knee_v", [0.8, 1.5])
+def test_a_coil_whose_core_saturates_is_found_with_its_numbers(knee_v: float) -> None:
+    servo, passed, current = 1.5 * np.sign(np.sin(2.3 * SAMPLED)), [], 0.0
+    for voltage in servo:
+        current += FINE_S * (voltage - current) * (1.0 + (current / knee_v) ** 2) / 0.15
+        passed.append(current)
+    problem = moved(servo, np.zeros_like(servo), np.array(passed))
+    lag, plain = (fitted(problem, Candidate("extra_lag", also=a), PISTON) for a in (("saturation",), ()))
+    assert lag.rss < min(0.2 * plain.rss, 1.3 * len(problem.measured))
+    numbers = lag.path.effect("extra_lag").parameters
+    assert numbers["time_constant_s"] == pytest.approx(0.15, rel=0.05)
+    assert numbers["saturation"] == pytest.approx(1.0 / knee_v, rel=0.05)
+
+
+def test_amplifiers_that_share_a_ground_are_found_where_a_voltage_added_explains_nothing() -> None:
+    servo, load = 1.5 * np.sign(np.sin(2.3 * SAMPLED)), 2.0 + np.sign(np.sin(0.9 * SAMPLED))
+    problem = moved(servo, load, servo * (1.0 + 0.06 * (load - 2.0)))
+    product, added = (fitted(problem, Candidate("cross_coupling", also=a), PISTON) for a in (("gain_per_v",), ()))
+    assert product.rss < min(0.1 * added.rss, 1.3 * len(problem.measured))
+    numbers = product.path.effect("cross_coupling").parameters
+    # The gain is that of no load voltage.
+    assert numbers["gain_per_v"] == pytest.approx(0.06 / (1.0 - 2.0 * 0.06), rel=0.03)
 
 
 def test_every_further_form_is_a_candidate_of_its_own() -> None:

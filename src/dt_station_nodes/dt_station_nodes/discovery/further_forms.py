@@ -26,6 +26,8 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("friction", Channel.PRESSURE, BRISTLES),
     # What a saturating coil does to a piston's way parameters off bend to, all but its lag.
     ("extra_lag", Channel.POSITION, ("saturation",)),
+    # What acts as a gain leaves nothing of a voltage that is merely added.
+    ("cross_coupling", Channel.POSITION, ("gain_per_v",)),
     ("hysteresis", Channel.PRESSURE, BELL),
     ("hysteresis", Channel.POSITION, BELL),
 )

@@ -12,8 +12,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
             s[1] = 1.0
             s[0] = other
         s[0] += (other - s[0]) * c[SUBSTEP] / (p[1] + c[SUBSTEP])
-        return value + p[0] * (s[0] + p[2] * (other - s[0]))
-    return value + p[0] * other
+        other = s[0] + p[2] * (other - s[0])
+    return value + (p[0] + p[3] * value) * other
 
 
 EFFECT = Effect(
@@ -24,6 +24,16 @@ EFFECT = Effect(
         Parameter("share", Quantity.RATIO, "volts here per volt there", -3.0, 3.0, (0.03, -0.03, 0.3, -0.3)),
         Parameter("lag_s", Quantity.TIME, "lag with which it arrives", 0.0, 5.0, (0.05, 0.5), optional=True),
         Parameter("at_once", Quantity.RATIO, "share that does not lag", -2.0, 2.0, (0.0,), optional=True),
+        Parameter(
+            "gain_per_v",
+            Quantity.RATIO,
+            "how much more a volt does here per volt there, as of amplifiers that share a supply or a ground",
+            -1.0,
+            1.0,
+            (0.03, -0.03),
+            optional=True,
+            acts_alone=True,
+        ),
     ),
     step=_step,
     check="Command one channel alone and watch the other; look at shared supplies, grounds and amplifiers.",
