@@ -1,13 +1,18 @@
 """Names that no run tells apart."""
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, ModelSpec
 from dt_station_nodes.core.models.effects import Attachment, Quantity
+from dt_station_nodes.discovery.choice import with_namesakes
 from dt_station_nodes.discovery.namesakes import namesakes
+from dt_station_nodes.discovery.problem import Problem
+from dt_station_nodes.discovery.selection import Explanation
 
 PAPER = ModelSpec.from_yaml((Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text("utf-8"))
 
@@ -24,6 +29,21 @@ def play(at: Attachment, channel: Channel = Channel.PRESSURE, **form: float) -> 
     effect = EffectSpec(name="backlash", at=at, parameters={"half_width": 0.1, **form})
     path = PAPER.paths[channel].model_copy(update={"effects": (effect,)})
     return namesakes(path, ("backlash",), channel, SCALES)
+
+
+def test_what_stands_for_one_of_the_names_stands_for_all() -> None:
+    """A loop too round to be a play operator, where a play explains as much: that may be a spool's friction."""
+
+    def explained(name: str, at: Attachment, **numbers: float) -> Explanation:
+        spec = EffectSpec(name=name, at=at, parameters=numbers)
+        path = PAPER.paths[Channel.PRESSURE].model_copy(update={"effects": (spec,)})
+        return cast("Explanation", SimpleNamespace(added=(name,), fit=SimpleNamespace(path=path)))
+
+    problem = cast("Problem", SimpleNamespace(channel=Channel.PRESSURE, scales=SCALES))
+    loop = explained("hysteresis", Attachment.INPUT, half_width_v=0.1, bend_per_v=0.2)
+    play_there = explained("backlash", Attachment.INPUT, half_width=0.1)
+    assert with_namesakes(loop, ((),), [], problem) == ((),)
+    assert with_namesakes(loop, (("backlash",),), [play_there], problem) == (("backlash", "friction"),)
 
 
 def test_so_may_play_on_the_voltage_and_one_that_gives_a_spool_with_mass() -> None:

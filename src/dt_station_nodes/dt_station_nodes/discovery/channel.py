@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .choice import Measure, alternatives, best_set, certain, rivals_with, take_measure
+from .choice import Measure, alternatives, best_set, certain, rivals_with, take_measure, with_namesakes
 from .distinct import distinct
 from .growth import MISSES, MOST, Growth
-from .namesakes import namesakes
 from .neighbours import lessened
 from .noise import whiteness
 from .parsimony import simplified, told_exactly
@@ -205,7 +204,8 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         close = [p for p in peers if measure.left(p[1]) < FAINT_ALIKE * left]
     alike = [p for p in close if sensible(p[1], bench.problem)]
     told = TOLD if len(best.added) == 1 else SAME
-    instead = alternatives(best, [p for p in peers if p[0] <= told or p in alike])
+    equals = [p for p in peers if p[0] <= told or p in alike]
+    instead = alternatives(best, equals)
     most = max(map(len, instead), default=0)
     vague = most >= VAGUE or (much and any(measure.left(e) < ALIKE * left for e in in_place_of_one(best, known)))
     if len(best.added) > 1 and (vague or (verdict is Verdict.UNEXPLAINED and (further or rival))):
@@ -217,8 +217,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
     if verdict is Verdict.NAMED and most >= NAMELESS:
         verdict = Verdict.UNEXPLAINED
     if verdict is Verdict.NAMED:
-        more = namesakes(best.fit.path, best.added, bench.problem.channel, bench.problem.scales)
-        instead = tuple((*own, *(n for n in same if n not in own)) for own, same in zip(instead, more, strict=True))
+        instead = with_namesakes(best, instead, [e for _, e in equals], bench.problem)
     if verdict is Verdict.PARAMETERS_ONLY:
         near = [e for behind, e in scored if behind < SAME and e.inside and len(e.added) == 1 and certain(e, measure)]
         instead = (tuple(dict.fromkeys(e.added[0] for e in near)),)

@@ -1,9 +1,12 @@
 """Stage 6: which set of effects earns its names, and which names could stand in their place."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from ..core.models.effects import registry
+from .namesakes import namesakes
+from .problem import Problem
 from .selection import Bench, Explanation, penalised
 from .sense import sensible
 from .unseen import unseen_residual
@@ -97,6 +100,21 @@ def alternatives(best: Explanation, peers: list[tuple[float, Explanation]]) -> t
             if instead[0] not in found[place]:
                 found[place].append(instead[0])
     return tuple(tuple(names) for names in found)
+
+
+def with_namesakes(
+    best: Explanation, instead: tuple[tuple[str, ...], ...], peers: Iterable[Explanation], problem: Problem
+) -> tuple[tuple[str, ...], ...]:
+    """The alternatives of each name of the best set with what no run tells from it, or from one that `peers` have."""
+    found = [list(own) for own in instead]
+    for explanation in (best, *peers):
+        missing = [name for name in best.added if name not in explanation.added]
+        names = namesakes(explanation.fit.path, explanation.added, problem.channel, problem.scales)
+        for name, same in zip(explanation.added, names, strict=True):
+            if explanation is best or (name not in best.added and len(missing) == 1):
+                place = best.added.index(name if explanation is best else missing[0])
+                found[place] += [n for n in same if n not in found[place] and n not in best.added]
+    return tuple(tuple(own) for own in found)
 
 
 def best_set(null: Explanation, known: list[Explanation], measure: Measure) -> Explanation:
