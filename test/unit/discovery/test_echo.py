@@ -66,15 +66,27 @@ def finding(run: Run, channel: Channel, name: str, **numbers: float) -> Finding:
     return Finding(problem, Verdict.NAMED, given, null, best, (best, null), (0.0, 1e3), ((),), 1e3, 1e3, 0.0, 1e-7)
 
 
+def reading_late(run: Run, lag_s: float) -> Run:
+    pressure, kept = run.signals["pressure_pa"], np.exp(-run.sample_time_s / lag_s)
+    late = lfilter([1.0 - kept], [1.0, -kept], pressure - pressure[0]) + pressure[0]
+    return Run(run.sample_time_s, {**run.signals, "pressure_pa": late}, source="late")
+
+
 @pytest.mark.parametrize("reads_late", [True, False])
 def test_only_what_a_pressure_read_late_makes_of_the_position_is_no_effect(reads_late: bool) -> None:
     """Whole discoveries named a dead zone on the position beside the sensor's lag."""
-    run = make(Case((() if reads_late else (("dead_zone", "position", 1.0),)), "square", seed=3, seconds=24.0))
-    pressure, kept = run.signals["pressure_pa"], np.exp(-run.sample_time_s / 0.4)
-    late = lfilter([1.0 - kept], [1.0, -kept], pressure - pressure[0]) + pressure[0]
-    run = Run(run.sample_time_s, {**run.signals, "pressure_pa": late}, source="late")
+    case = Case((() if reads_late else (("dead_zone", "position", 1.0),)), "square", seed=3, seconds=24.0)
+    run = reading_late(make(case), 0.4)
     earlier = finding(run, Channel.PRESSURE, "extra_lag", time_constant_s=0.3)
     there = finding(run, Channel.POSITION, "dead_zone", half_width_v=0.05)
     said = without_echo(there, [earlier])
     assert said.verdict is (Verdict.NOTHING_MISSING if reads_late else Verdict.NAMED)
     assert said.best is (there.null if reads_late else there.best)
+
+
+def test_a_faint_effect_stays_where_the_pressure_read_right_explains_nothing_of_it() -> None:
+    run = make(Case((("dead_zone", "position", 0.05),), "square", seed=3, seconds=24.0))
+    earlier = finding(reading_late(run, 0.02), Channel.PRESSURE, "extra_lag", time_constant_s=0.02)
+    there = finding(run, Channel.POSITION, "dead_zone", half_width_v=0.01)
+    assert there.null.fit.rss < 1.1 * there.best.fit.rss
+    assert without_echo(there, [earlier]) is there

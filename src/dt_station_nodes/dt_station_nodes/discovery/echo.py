@@ -15,8 +15,10 @@ from .selection import Bench, fit_null
 from .terms import nominal_terms
 from .timing import PERIODIC
 
-# Times the sum of squares that the effects found leave: a load read right that leaves no more does without them.
+# Times what the effects found leave: a load read right that leaves no more does without them,
 _AS_WELL = 1.1
+# where it explains so much of what they do.
+_MOST = 0.5
 
 
 def _frequency_hz(path: PathSpec) -> float | None:
@@ -52,4 +54,5 @@ def _misread(finding: Finding, other: Finding) -> bool:
     right = replace(finding.problem, simulator=replace(simulator, load_pa=simulator.load_pa - added))
     nominal = finding.null.fit.path
     fit = fit_null(Bench(right, nominal_terms(nominal, right.signal, right.rough)), nominal).fit
-    return fit.rss <= _AS_WELL * finding.best.fit.rss
+    without, best, read_right = (one.rss + one.penalty for one in (finding.null.fit, finding.best.fit, fit))
+    return read_right <= _AS_WELL * best and without - read_right >= _MOST * (without - best)
