@@ -2,6 +2,8 @@
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
@@ -10,8 +12,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.models import ModelSpec, PathSpec
 from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover, drift
+from dt_station_nodes.discovery.channel import Finding
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.workers import ALONE
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
@@ -37,3 +42,21 @@ def test_a_model_that_does_not_drift_is_not_looked_at_again(monkeypatch: pytest.
         case = Case(shape="sine", seconds=24.0, seed=4, gain_error=gain_error)
         result = discover(make(case), PAPER, settings=DiscoverySettings(jobs=1))
         assert result.verdict in (Verdict.NOTHING_MISSING, Verdict.PARAMETERS_ONLY)
+
+
+def test_where_a_model_drifts_two_names_at_most_are_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Only one is believed, and a second tells that it is not all."""
+    asked: list[int] = []
+
+    def quiet(_problem: Problem, _path: PathSpec, settings: DiscoverySettings, *_: object) -> SimpleNamespace:
+        asked.append(settings.max_effects)
+        return SimpleNamespace(verdict=Verdict.NOTHING_MISSING)
+
+    monkeypatch.setattr(drift, "examine", quiet)
+    monkeypatch.setattr(drift, "_drifts", lambda *_: True)
+    run, settings = make(Case(shape="sine", seconds=24.0)), DiscoverySettings(max_effects=3)
+    problem = make_problem(run, PAPER, Channel.POSITION, settings)
+    stub = SimpleNamespace(problem=problem, verdict=Verdict.NOTHING_MISSING, interrupted=False)
+    finding = cast("Finding", stub)
+    assert drift.found_adrift(finding, run, None, PAPER, settings, None, ALONE) == (finding, "")
+    assert asked == [2]

@@ -8,10 +8,10 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from valves import BARE, SPEC, WAVES, answered
+from valves import BARE, PAPER, SPEC, WAVES, answered
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec, PathSimulator, PathSpec
+from dt_station_nodes.core.models import PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, library, plain_starts
@@ -20,9 +20,6 @@ from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.terms import nominal_terms
 
-PAPER = ModelSpec.from_yaml(
-    (Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text(encoding="utf-8")
-)
 PISTON = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (), "disturbance": None})
 FINE_S, FINER = 0.001, 20
 SAMPLED = np.repeat(np.arange(1200) * FINE_S * FINER, FINER)

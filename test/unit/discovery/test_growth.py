@@ -185,17 +185,45 @@ def test_no_effect_is_exchanged_on_what_leaves_the_same_as_what_each_was_added_t
 ) -> None:
     """Of the noise power, between the two: a form found beside another effect may be another."""
     bench, null, found = singles
-    measure = take_measure(bench, found)
+    power = float(null.fit.residual @ null.fit.residual)
+    first, single = (replace(e, powers=(100.0 * power,)) for e in (null, found[1]))
+    path = add_effect(single.fit.path, Candidate("delay"), {"delay_s": 0.1})
+    pair = replace(single, added=(*single.added, "delay"), fit=replace(single.fit, path=path), powers=(0.0,))
+    known = [first, single, pair]
+    measure = take_measure(bench, known)
     count = len(bench.problem.measured)
     apart = (share * measure.floors[0]) ** 0.5 * np.where(np.arange(count) % 2, 1.0, -1.0)
-    single = found[1]
     moved = replace(single, fit=replace(single.fit, residual=single.fit.residual + apart))
+    other = replace(moved, added=("bias",))
     bases: list[Explanation] = []
     monkeypatch.setattr(growth, "scan", lambda _bench, chosen, *_: bases.extend(chosen) or [])
-    growing = Growth(bench, null, list(found), 3)
+    monkeypatch.setattr(growth, "parts", lambda *_: [moved, other])
+    growing = Growth(bench, first, known, 3)
     growing._scan([single], measure)
-    assert growing._alike(moved, measure) is not again
-    assert not growing._alike(replace(moved, added=("another",)), measure)
+    growing._exchange()
+    assert any(base is moved for base in bases) is again
+    assert any(base is other for base in bases)
+
+
+@pytest.mark.parametrize(("rough", "taken_apart"), [(False, 2), (True, 1)])
+def test_of_two_sets_as_good_both_are_exchanged_unless_all_were_fitted_refined(
+    singles: tuple[Bench, Explanation, list[Explanation]],
+    monkeypatch: pytest.MonkeyPatch,
+    rough: bool,
+    taken_apart: int,
+) -> None:
+    alone, null, found = singles
+    bench = replace(alone, problem=replace(alone.problem, rough=rough))
+    power = float(null.fit.residual @ null.fit.residual)
+    first, single = (replace(e, powers=(100.0 * power,)) for e in (null, found[1]))
+    pairs = []
+    for name, number in (("bias", "bias_v"), ("delay", "delay_s")):
+        fit = replace(single.fit, path=add_effect(single.fit.path, Candidate(name), {number: 0.1}))
+        pairs.append(replace(single, added=(*single.added, name), fit=fit, powers=(0.0,)))
+    leaders: list[Explanation] = []
+    monkeypatch.setattr(growth, "parts", lambda _bench, leader: leaders.append(leader) or [])
+    Growth(bench, first, [first, single, *pairs], 3)._exchange()
+    assert len(leaders) == taken_apart
 
 
 def test_two_effects_that_miss_much_of_the_signal_are_not_given_a_third(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ quick ripple, is left in the position's residual: at the same frequency, or as a
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
 
 from ..core.channels import Channel
 from ..core.models import PathSpec
@@ -13,7 +14,7 @@ from .channel import Finding
 from .result import Verdict
 from .selection import Bench, fit_null
 from .terms import nominal_terms
-from .timing import PERIODIC
+from .timing import PERIODIC, without
 
 # Times what the effects found leave: a load read right that leaves no more does without them,
 _AS_WELL = 1.1
@@ -47,12 +48,11 @@ def _misread(finding: Finding, other: Finding) -> bool:
     """Whether the position needs no effect where the pressure is less what its sensor may have made of it."""
     simulator = finding.problem.simulator
     found = other.best.fit.path
-    kept = tuple(effect for effect in found.effects if effect.name not in other.best.added)
-    added = other.problem.simulate(found) - other.problem.simulate(found.model_copy(update={"effects": kept}))
+    added = other.problem.simulate(found) - other.problem.simulate(reduce(without, other.best.added, found))
     if added.shape != simulator.load_pa.shape:
         return False
     right = replace(finding.problem, simulator=replace(simulator, load_pa=simulator.load_pa - added))
     nominal = finding.null.fit.path
     fit = fit_null(Bench(right, nominal_terms(nominal, right.signal, right.rough)), nominal).fit
-    without, best, read_right = (one.rss + one.penalty for one in (finding.null.fit, finding.best.fit, fit))
-    return read_right <= _AS_WELL * best and without - read_right >= _MOST * (without - best)
+    null, best, read_right = (one.rss + one.penalty for one in (finding.null.fit, finding.best.fit, fit))
+    return read_right <= _AS_WELL * best and null - read_right >= _MOST * (null - best)

@@ -151,6 +151,7 @@ class Growth:
         near = [e for e in foremost if measure.score(e) - measure.score(larger[0]) < _NEAR]
         for explanation in near:
             self._exchanged[tuple(sorted(explanation.added))] = explanation
+            # Every candidate in place of each effect: the order they were found in may have misled the search.
             bases = parts(self._bench, explanation)
             self._scan([base for base in bases if not self._alike(base, measure)], measure)
         self._known[:] = distinct(self._bench, self._known)

@@ -33,6 +33,11 @@ def _without(bench: Bench, explanation: Explanation, name: str) -> Explanation:
     return replace(explanation, fit=bare, added=tuple(n for n in explanation.added if n != name), freed=freed)
 
 
+def parts(bench: Bench, explanation: Explanation) -> list[Explanation]:
+    """A set less each of its effects in turn."""
+    return [_without(bench, explanation, name) for name in explanation.added]
+
+
 def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanation]:
     """Each set less each of its effects, the rest fitted on from there: a larger set may have found the way for it.
 
@@ -40,8 +45,7 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
     """
     tasks = []
     for explanation in explanations:
-        for name in explanation.added:
-            bare = _without(bench, explanation, name)
+        for bare in parts(bench, explanation):
             if not bare.added:
                 continue
             tasks.append(_Bare(bare, bare.freed, [bare.fit.path]))
@@ -64,11 +68,6 @@ def _fitted(bench: Bench, task: _Bare) -> Explanation:
     starts = [h.start() for h in hypotheses]
     fit = fit_hypothesis(bench.problem, hypotheses[0], starts, bench.iterations)
     return bench.judged(bench.explained(fit, task.bare.added, task.freed))
-
-
-def parts(bench: Bench, leader: Explanation) -> list[Explanation]:
-    """A set less each of its effects, for every candidate in its place: the order they were found in may mislead."""
-    return [_without(bench, leader, name) for name in leader.added]
 
 
 def lessened(

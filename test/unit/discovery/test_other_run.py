@@ -1,0 +1,38 @@
+"""What the validation run is asked where it shows more of what is missing."""
+
+from types import SimpleNamespace
+from typing import cast
+
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import PathSpec
+from dt_station_nodes.discovery import DiscoverySettings, Verdict, other_run
+from dt_station_nodes.discovery.channel import Finding
+from dt_station_nodes.discovery.other_run import found_there
+from dt_station_nodes.discovery.problem import Problem
+from dt_station_nodes.discovery.workers import ALONE
+
+PATH = PathSpec(numerator=[1.0], denominator=[1.0])
+
+
+@pytest.mark.parametrize(
+    ("names", "most"), [(("delay",), 2), (("delay", "bias"), 3), (("delay", "bias", "friction"), 3)]
+)
+def test_the_validation_run_is_asked_for_one_name_more_at_most(
+    monkeypatch: pytest.MonkeyPatch, names: tuple[str, ...], most: int
+) -> None:
+    asked: list[int] = []
+
+    def unexplained(_problem: Problem, _path: PathSpec, settings: DiscoverySettings, *_: object) -> SimpleNamespace:
+        asked.append(settings.max_effects)
+        return SimpleNamespace(verdict=Verdict.UNEXPLAINED)
+
+    monkeypatch.setattr(other_run, "examine", unexplained)
+    problem = cast("Problem", SimpleNamespace(channel=Channel.POSITION))
+    best = SimpleNamespace(added=names)
+    stub = SimpleNamespace(problem=problem, best=best, verdict=Verdict.NAMED, interrupted=False, over_noise=(1.0, 9.0))
+    finding = cast("Finding", stub)
+    said = found_there(finding, problem, PATH, DiscoverySettings(max_effects=3), None, ALONE)
+    assert said == (finding, "")
+    assert asked == [most]
