@@ -78,6 +78,25 @@ def test_a_silent_controller_is_waited_for_a_few_times_only_and_welcome_again():
     assert not metronome.complete(state)
 
 
+def test_one_started_anew_that_runs_after_the_samples_is_waited_for_once_more():
+    metronome = Metronome(0.02, Pace.LOCKSTEP, frozenset({Channel.PRESSURE}), patience=3)
+    state = metronome.start(0)
+    for _ in range(5):
+        state, _ = metronome.take(state, 0)
+        state, _ = metronome.answer(state)
+    state, _ = metronome.take(state, 0)
+    assert metronome.complete(state)
+    late = metronome.accept(state, Channel.PRESSURE, command(4))
+    assert not metronome.complete(late)
+    # it hears the sample that is out and answers it
+    caught_up = metronome.accept(late, Channel.PRESSURE, command(5))
+    state, answer = metronome.answer(caught_up)
+    assert answer.missed == ()
+    # or it does not, and is not waited for again
+    state, _ = metronome.take(metronome.answer(late)[0], 0)
+    assert metronome.complete(state)
+
+
 def test_commands_of_an_earlier_run_and_old_ones_are_ignored():
     metronome = Metronome(0.02, Pace.REALTIME)
     state = taken(metronome)

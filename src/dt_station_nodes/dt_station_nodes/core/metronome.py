@@ -86,8 +86,9 @@ class Metronome:
 
     `expected` channels are those whose controllers answer every sample; their silence is flagged and the
     last command held. In lockstep a silent one is waited for `command_timeout_s` at a sample; one silent
-    for `patience` samples in a row is not waited for again until it answers. In lockstep the followers
-    (those who call `follow`) are never left behind by more than `max_lead` samples, unless they fall silent for
+    for `patience` samples in a row is not waited for again until it answers one, even late: without that
+    one started anew would run after the samples for good. In lockstep the followers (those who call
+    `follow`) are never left behind by more than `max_lead` samples, unless they fall silent for
     `follower_timeout_s`: time enough to be started anew.
     """
 
@@ -134,7 +135,9 @@ class Metronome:
         held = state.command.get(channel)
         if command.sequence > state.sequence or (held is not None and command.sequence <= held.sequence):
             return state
-        silent = state.silent if command.sequence != state.sequence else {**state.silent, channel: 0}
+        # a late answer says that the controller is there: the sample now out is waited for once more
+        allowed = 0 if command.sequence == state.sequence else self.patience - 1
+        silent = {**state.silent, channel: min(state.silent.get(channel, 0), allowed)}
         commands = {**state.command, channel: command}
         return MetronomeState(
             state.sequence,
