@@ -12,10 +12,10 @@ sys.path.insert(0, str(Path(__file__).parent))
 from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.models import ModelSpec, PathSpec
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
 from dt_station_nodes.discovery.candidates import hypothesis as freed_on
-from dt_station_nodes.discovery.hypothesis_fit import Group, fit_groups, fit_hypothesis
+from dt_station_nodes.discovery.hypothesis_fit import Costs, Group, fit_groups, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.terms import Hypothesis, nominal_terms
@@ -57,6 +57,30 @@ def test_the_best_starts_are_passed_over_where_they_have_been_followed() -> None
     second = fit_hypothesis(problem, hypothesis, starts, iterations=0, keep=1, passed=1)
     assert np.array_equal(first.fitted.x, starts[1])
     assert np.array_equal(second.fitted.x, starts[2])
+
+
+def test_what_starts_cost_is_simulated_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem, hypothesis = nominal(())
+    home = hypothesis.start()
+    starts = [home + 0.5, home, home + 0.2]
+    known: Costs = {}
+    first = fit_groups(problem, hypothesis, [Group(starts, 1)], [], 0, known=known)
+    assert len(known) == 3
+    simulated: list[PathSpec] = []
+    asked = Problem.residual
+
+    def counted(own: Problem, path: PathSpec) -> np.ndarray:
+        simulated.append(path)
+        return asked(own, path)
+
+    monkeypatch.setattr(Problem, "residual", counted)
+    again = fit_groups(problem, hypothesis, [Group(starts, 1)], [], 0, known=known)
+    assert np.array_equal(again[0].fitted.x, first[0].fitted.x)
+    # The start that is followed, its slopes, and the end.
+    assert len(simulated) == 2 + len(home)
+    # What is said to be dear is not begun.
+    dear = {**known, home.tobytes(): 1e12}
+    assert np.array_equal(fit_groups(problem, hypothesis, [Group(starts, 1)], [], 0, known=dear)[0].fitted.x, starts[2])
 
 
 def test_a_warm_up_that_settles_within_seconds_begins_steeply() -> None:

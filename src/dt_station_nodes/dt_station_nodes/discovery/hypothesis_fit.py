@@ -12,6 +12,7 @@ from .problem import Problem
 from .terms import Hypothesis
 
 Array = NDArray[np.float64]
+Costs = dict[bytes, float]  # of starts, by their numbers
 
 _CHANCE = 3.0  # standard deviations of a sum of squares of noise
 _NEARBY = 4.0  # priors of the nominal parameters, twice the log
@@ -75,6 +76,10 @@ def prior_gaps(hypothesis: Hypothesis, x: Array) -> Array:
     return _prior(np.array(held))
 
 
+def _cost(gap: Array) -> float:
+    return float(np.sum(np.nan_to_num(gap, nan=1e9) ** 2))
+
+
 def fit_hypothesis(
     problem: Problem,
     hypothesis: Hypothesis,
@@ -84,11 +89,12 @@ def fit_hypothesis(
     mask: Array | None = None,
     rival: float = np.inf,
     passed: int = 0,
+    known: Costs | None = None,
 ) -> Fit:
     """The best of the `keep` most promising starts, each refined; `mask` (n,) weighs samples for held-out blocks.
 
     The best `passed` of more starts than these are passed over. What will not get below the best before it, or below
-    the cost of a `rival`, is given up.
+    the cost of a `rival`, is given up. `known`: costs of starts of this hypothesis, which are added to.
     """
     home = hypothesis.start()
     bounds = hypothesis.bounds
@@ -103,10 +109,11 @@ def fit_hypothesis(
     candidates = [home, *starts] if not starts else list(starts)
     steps = hypothesis.steps
     if len(candidates) > keep:
-        costs = [
-            float(np.sum(np.nan_to_num(residuals(np.clip(x, bounds[:, 0], bounds[:, 1])), nan=1e9) ** 2))
-            for x in candidates
-        ]
+        known = {} if known is None else known
+        for x in candidates:
+            if x.tobytes() not in known:
+                known[x.tobytes()] = _cost(residuals(np.clip(x, bounds[:, 0], bounds[:, 1])))
+        costs = [known[x.tobytes()] for x in candidates]
         order = sorted(range(len(candidates)), key=lambda i: (costs[i], i))
         # Starts of one cost do the same, most often nothing: one of them is enough.
         apart = [i for n, i in enumerate(order) if n == 0 or costs[i] - costs[order[n - 1]] > 1e-9 * costs[i]]
@@ -131,9 +138,11 @@ def fit_groups(
     anew: Sequence[Group],
     iterations: int,
     rival: float = np.inf,
+    known: Costs | None = None,
 ) -> list[Fit]:
     """The best fit from groups of starts, and each other group's, best first; empty groups are passed over.
 
+    `known`: costs of starts, which are added to.
     Those `anew` are begun only where the others leave more than noise, or bend the nominal parameters.
     """
     found: list[Fit] = []
@@ -141,7 +150,7 @@ def fit_groups(
         if not group.starts or (group in anew and found and found[0].full):
             continue
         fit = fit_hypothesis(
-            problem, hypothesis, group.starts, iterations, group.keep, rival=rival, passed=group.passed
+            problem, hypothesis, group.starts, iterations, group.keep, None, rival, group.passed, known
         )
         rival = min(rival, fit.fitted.cost)
         found = sorted([*found, fit], key=lambda one: one.fitted.cost)

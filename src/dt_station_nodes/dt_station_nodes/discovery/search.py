@@ -13,7 +13,7 @@ from .candidates import Candidate, all_starts, hypothesis, library, pair_starts,
 from .choice import FAR_OFF
 from .distinct import distinct
 from .further_forms import BELL
-from .hypothesis_fit import Group, fit_groups, fit_hypothesis
+from .hypothesis_fit import Costs, Group, fit_groups, fit_hypothesis
 from .mode_starts import mode_starts
 from .parsimony import as_near, at_usual, without
 from .refinements import GRIP, Refinements, refined_starts, refinements, step_starts
@@ -44,8 +44,10 @@ def _glance(bench: Bench, task: Task) -> Task:
     groups = [Group(apart, 2 if far else 1) for apart in forms or [starts]]
     # From where the given parameters are, the way to below a base that they were bent for is longer.
     steps = _GLANCES[task.base.fit.penalty > FAR_OFF]
-    fit, *_ = fit_groups(bench.problem, like, *_spared(task, groups, [Group(near, 1)]), steps)
-    return replace(task, seen=bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True))
+    known: Costs = {}
+    fit, *_ = fit_groups(bench.problem, like, *_spared(task, groups, [Group(near, 1)]), steps, known=known)
+    seen = bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True)
+    return replace(task, seen=seen, known=known)
 
 
 def _starts(bench: Bench, task: Task) -> tuple[list[Array], list[Array], Hypothesis]:
@@ -78,7 +80,7 @@ def _plain(bench: Bench, task: Task) -> Task:
     if len(base.added) == 1:
         pairs = pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like)
         anew.append(Group(pairs, 2))
-    fit, *others = fit_groups(problem, like, *_spared(task, groups, anew), bench.iterations, task.rival)
+    fit, *others = fit_groups(problem, like, *_spared(task, groups, anew), bench.iterations, task.rival, task.known)
     fit = climbed(problem, task.added, fit, base.fit, far=True)
     freed = {**task.freed, candidate.name: candidate.required}
     found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)

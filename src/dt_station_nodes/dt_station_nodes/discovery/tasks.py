@@ -1,12 +1,13 @@
 """What a search does at once: one more effect on a base, held against the others that it is tried with."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 
 from .candidates import Candidate, Freed
+from .hypothesis_fit import Costs
 from .selection import Bench, Explanation
 
 SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
@@ -16,7 +17,8 @@ SETTLED = 2.0  # times the cost of the best: what misses the run by more is not 
 class Task:
     """One more effect on a base; `seen`: the plain form found, `other`: its other form, `finer`: refined ones.
 
-    What will not get below the cost of a `rival` is not followed to its end; what costs more is not settled.
+    What will not get below the cost of a `rival` is not followed to its end; what costs more is not settled. `known`:
+    what its starts cost.
     """
 
     base: Explanation
@@ -25,6 +27,7 @@ class Task:
     other: Explanation | None = None
     finer: tuple[Explanation, ...] = ()
     rival: float = np.inf
+    known: Costs = field(default_factory=dict, compare=False)
 
     @property
     def freed(self) -> Freed:

@@ -1,14 +1,16 @@
 """One path alone: the same as in the whole model, whatever of it is simulated apart or once for all."""
 
 import pickle
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec, PlantModel
+from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec, PlantModel, single
 from dt_station_nodes.core.models.effects import Attachment, registry
+from dt_station_nodes.core.models.spec import Outlet
 
 PAPER = ModelSpec.from_yaml((Path(__file__).parents[4] / "config" / "models" / "paper.yaml").read_text())
 SAMPLE_S = 0.02
@@ -87,10 +89,11 @@ def test_what_the_load_does_goes_with_the_disturbance_gain():
     assert np.ptp(given - none) > 1e-4
 
 
-def test_what_the_load_does_in_other_times_is_told_apart_and_not_kept_for_ever():
+def test_what_the_load_does_in_other_times_is_told_apart_and_not_kept_for_ever(monkeypatch):
     servo, pressure = drive()
     path = PAPER.paths[Channel.POSITION]
     alone = PathSimulator(Channel.POSITION, SAMPLE_S, servo, pressure, 1e6, 0.0)
+    monkeypatch.setattr(single, "_REMEMBERED", 20 * 8 * len(servo))
 
     def answer(time_scale):
         away = path.disturbance.model_copy(update={"time_scale": time_scale})
@@ -99,8 +102,35 @@ def test_what_the_load_does_in_other_times_is_told_apart_and_not_kept_for_ever()
     given = answer(1.0)
     others = [answer(1.0 + 0.01 * k) for k in range(1, 60)]
     assert np.ptp(others[-1] - given) > 1e-4
-    assert len(alone._loads) < 40
+    assert len(alone._answers) == 20
     assert answer(1.0) == pytest.approx(given, abs=0.0)
+
+
+CHANGES = {
+    "gain": 1.1,
+    "time_scale": 1.1,
+    "scale": 0.02,
+    "rest": 0.5,
+    "outlet": Outlet.FASTEST,
+    "numerator": (1.2,),
+    "denominator": (1.0, 9.0, 25.0),
+    "effects": (EffectSpec(name="leakage", parameters={"coefficient": 0.2}),),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_path_that_differs_in_anything_is_simulated_and_one_that_does_not_is_remembered(name, monkeypatch):
+    voltage, _ = drive()
+    leak = EffectSpec(name="leakage", parameters={"coefficient": 0.1})
+    path = PathSpec(numerator=[1.0], denominator=[1.0, 7.0, 10.0], scale=0.01, effects=[leak])
+    other = path.model_copy(update={name: CHANGES[name]})
+    alone = PathSimulator(Channel.PRESSURE, SAMPLE_S, voltage, np.zeros(0), 0.0, 0.0)
+    given, changed = alone.simulate(path), alone.simulate(other)
+    assert np.ptp(changed - given) > 1e-6
+    fresh = PathSimulator(Channel.PRESSURE, SAMPLE_S, voltage, np.zeros(0), 0.0, 0.0)
+    assert np.array_equal(changed, fresh.simulate(other))
+    monkeypatch.setattr(PathSimulator, "_simulate", None)
+    assert np.array_equal(alone.simulate(path), given)
 
 
 def test_what_a_path_remembers_of_the_load_stays_in_its_process():
@@ -111,7 +141,24 @@ def test_what_a_path_remembers_of_the_load_stays_in_its_process():
     path = PAPER.paths[Channel.POSITION]
     answer = alone.simulate(path)
     assert pickle.dumps(alone) == fresh
-    assert pickle.loads(fresh).simulate(path) == pytest.approx(answer, abs=0.0)
+    sent = pickle.loads(fresh)
+    assert sent is not alone
+    assert np.array_equal(sent.simulate(path), answer)
+
+
+def test_a_process_that_is_sent_a_simulator_again_goes_on_with_what_it_remembers(monkeypatch):
+    servo, pressure = drive()
+    path = PAPER.paths[Channel.POSITION]
+    packed = [
+        pickle.dumps(PathSimulator(Channel.POSITION, SAMPLE_S, k * servo, pressure, 1e6, 0.0)) for k in range(1, 10)
+    ]
+    answers = [pickle.loads(each).simulate(path) for each in packed]
+    assert all(np.ptp(one - other) > 1e-4 for one, other in pairwise(answers))
+    assert len(single._UNPACKED) == single._MOST_UNPACKED
+    first = pickle.loads(packed[0]).simulate(path)
+    assert np.array_equal(first, answers[0])
+    monkeypatch.setattr(PathSimulator, "_simulate", None)
+    assert np.array_equal(pickle.loads(packed[-1]).simulate(path), answers[-1])
 
 
 def test_a_path_of_one_state_begins_where_it_was_measured_however_fast_it_moved():

@@ -1,7 +1,9 @@
 """One path alone under given voltages and load: what a fit simulates thousands of times."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +21,8 @@ Array = NDArray[np.float64]
 
 _FIRST_STATE = 3
 _NONE = np.zeros(0)
-_REMEMBERED = 32  # answers to the load; a fit turns its time scale back and forth around where it stands
+_REMEMBERED = 32_000_000  # bytes of answers: a search comes back to where it was, and moves one part of a path alone
+_Key = tuple[object, ...]
 
 
 @lru_cache(maxsize=64)
@@ -38,6 +41,23 @@ def _on_voltage(path: PathSpec) -> bool:
 def at_places(path: PathSpec) -> bool:
     """Whether a path integrates and effects act at places of its output."""
     return path.denominator[-1] == 0.0 and any(registry()[effect.name].between for effect in path.effects)
+
+
+def _key(path: PathSpec, steps: int) -> _Key:
+    """All that a path's answer depends on, in sub-steps of `steps` a sample."""
+    away = path.disturbance
+    return (
+        path.numerator,
+        path.denominator,
+        path.gain,
+        path.time_scale,
+        path.scale,
+        path.rest,
+        path.outlet,
+        away and (away.numerator, away.denominator, away.gain, away.time_scale, away.input_scale),
+        tuple((e.name, e.at, *e.parameters.items()) for e in path.effects),
+        steps,
+    )
 
 
 def _free(path: PathSpec, rest: float) -> Array:
@@ -70,7 +90,7 @@ class PathSimulator:
     first_velocity: float | None = None
     other_v: Array | None = None
     _voltages: Array = field(init=False)
-    _loads: dict[tuple[object, ...], Array] = field(init=False, default_factory=dict, compare=False)
+    _answers: dict[_Key, Array] = field(init=False, default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
         voltages = np.zeros((len(self.voltage_v), 2))
@@ -80,9 +100,9 @@ class PathSimulator:
             voltages[:, 1 - own] = self.other_v
         object.__setattr__(self, "_voltages", voltages)
 
-    def __reduce__(self) -> tuple[type["PathSimulator"], tuple[object, ...]]:
+    def __reduce__(self) -> tuple[Callable[..., "PathSimulator"], tuple[object, ...]]:
         # A task is packed by a thread beside the search, which goes on remembering: what it remembers stays here.
-        return PathSimulator, tuple(getattr(self, f.name) for f in fields(self) if f.init)
+        return _unpacked, tuple(getattr(self, f.name) for f in fields(self) if f.init)
 
     def _moving(self, linear: LinearPath, states: Array) -> Array:
         """Least change of the states (n,) that gives the output its first velocity and leaves its value.
@@ -114,22 +134,29 @@ class PathSimulator:
         steps = self._substeps(path)
         away = path.disturbance
         if away is None or not _on_voltage(path):
-            return self._simulate(path, steps)
+            return self._answer(path, steps)
         # What the load does is then the same whatever the effects do.
         alone = path.model_copy(update={"disturbance": None})
         held = all(registry()[effect.name].holds for effect in path.effects)
-        return self._simulate(alone, 1 if held else steps) + away.gain * self._load_part(path, away, steps)
+        return self._answer(alone, 1 if held else steps) + away.gain * self._load_part(path, away, steps)
 
     def _load_part(self, path: PathSpec, away: DisturbanceSpec, steps: int) -> Array:
-        """What the load adds to the output (SI), shape (n,), with a gain of 1; the last few are remembered."""
-        key = (away.numerator, away.denominator, away.time_scale, away.input_scale, path.scale, steps)
-        if key not in self._loads:
-            if len(self._loads) >= _REMEMBERED:
-                del self._loads[next(iter(self._loads))]
-            unit = away.model_copy(update={"gain": 1.0})
-            silent = {"numerator": (0.0,), "denominator": (1.0,), "rest": 0.0, "effects": (), "disturbance": unit}
-            self._loads[key] = self._simulate(path.model_copy(update=silent), steps)
-        return self._loads[key]
+        """What the load adds to the output (SI), shape (n,), with a gain of 1."""
+        unit = away.model_copy(update={"gain": 1.0})
+        # All but the load is silent: the path's own numbers must not tell one answer from another.
+        silent = {"numerator": (0.0,), "denominator": (1.0,), "gain": 1.0, "time_scale": 1.0, "rest": 0.0}
+        return self._answer(path.model_copy(update={**silent, "effects": (), "disturbance": unit}), steps)
+
+    def _answer(self, path: PathSpec, steps: int) -> Array:
+        """Output of a path (SI), shape (n,), not to be written to; the last ones are remembered."""
+        key = _key(path, steps)
+        if key not in self._answers:
+            if len(self._answers) * len(self.voltage_v) * 8 >= _REMEMBERED:
+                del self._answers[next(iter(self._answers))]
+            answer = self._simulate(path, steps)
+            answer.flags.writeable = False
+            self._answers[key] = answer
+        return self._answers[key]
 
     def _simulate(self, path: PathSpec, steps: int, beside: Array | None = None) -> Array:
         step_s = self.sample_time_s / steps
@@ -182,3 +209,17 @@ class PathSimulator:
             return 0.0
         static = path.scale * path.gain * path.numerator[-1] / path.denominator[-1]
         return (self.first - path.rest) / static if static else 0.0
+
+
+_UNPACKED: dict[_Key, PathSimulator] = {}
+_MOST_UNPACKED = 4  # both channels of a run and of the one it is checked on
+
+
+def _unpacked(*given: Any) -> PathSimulator:
+    """A simulator as it was packed; a process that is sent one again and again goes on with what it remembers."""
+    key = tuple(each.tobytes() if isinstance(each, np.ndarray) else each for each in given)
+    if key not in _UNPACKED:
+        if len(_UNPACKED) >= _MOST_UNPACKED:
+            del _UNPACKED[next(iter(_UNPACKED))]
+        _UNPACKED[key] = PathSimulator(*given)
+    return _UNPACKED[key]
