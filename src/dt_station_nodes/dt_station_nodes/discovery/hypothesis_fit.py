@@ -77,7 +77,8 @@ def prior_gaps(hypothesis: Hypothesis, x: Array) -> Array:
 
 
 def _cost(gap: Array) -> float:
-    return float(np.sum(np.nan_to_num(gap, nan=1e9) ** 2))
+    cost = float(np.sum(gap**2))
+    return cost if np.isfinite(cost) else float(np.sum(np.nan_to_num(gap, nan=1e9) ** 2))
 
 
 def fit_hypothesis(

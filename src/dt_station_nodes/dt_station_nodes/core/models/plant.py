@@ -66,7 +66,7 @@ class PlantModel:
             raise ModelError(f"the sample time must be a positive number of seconds, not {sample_time_s}")
         self.spec = spec
         self.sample_time_s = sample_time_s
-        self.substeps = substeps(spec, sample_time_s)
+        self.substeps = substeps(spec.paths.values(), sample_time_s)
         step_s = sample_time_s / self.substeps
         self._pressure = prepare(spec.paths.get(Channel.PRESSURE), step_s, _FIRST_STATE)
         self._position = prepare(spec.paths.get(Channel.POSITION), step_s, _FIRST_STATE + self._pressure.size)

@@ -1,6 +1,7 @@
 """From a validated path to the flat arrays that the kernel runs."""
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from . import path_map
 from .effects import Attachment, Effect, registry
 from .layout import NOTHING, LaidOut, lay_out
 from .linear import Coefficients, LinearPath
-from .spec import ModelSpec, PathSpec
+from .spec import PathSpec
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -37,14 +38,14 @@ class PreparedPath:
     rest: float
 
 
-def substeps(spec: ModelSpec, sample_time_s: float) -> int:
+def substeps(paths: Collection[PathSpec], sample_time_s: float) -> int:
     """Sub-steps a sample needs: one, unless an effect or the disturbance path moves within a sample."""
-    effects = [effect for path in spec.paths.values() for effect in path.effects]
-    coupled = any(path.disturbance is not None for path in spec.paths.values())
+    effects = [effect for path in paths for effect in path.effects]
+    coupled = any(path.disturbance is not None for path in paths)
     inside = any(effect.place is Attachment.STATE for effect in effects)
     if not (coupled or inside or any(registry()[effect.name].sub_stepped for effect in effects)):
         return 1
-    resolved = max((_feedback_rate(path) for path in spec.paths.values()), default=0.0) * sample_time_s / FINE_RAD
+    resolved = max((_feedback_rate(path) for path in paths), default=0.0) * sample_time_s / FINE_RAD
     return min(max(1, math.ceil(max(sample_time_s / LONGEST_SUBSTEP_S, resolved) - 1e-9)), MOST_SUBSTEPS)
 
 

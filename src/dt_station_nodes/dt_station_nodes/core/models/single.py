@@ -15,7 +15,7 @@ from .compiled import CONTEXT_SIZE
 from .effects import Attachment, registry
 from .linear import LinearPath
 from .prepare import PreparedPath, prepare, standing, substeps
-from .spec import DisturbanceSpec, ModelSpec, PathSpec
+from .spec import DisturbanceSpec, PathSpec
 
 Array = NDArray[np.float64]
 
@@ -117,21 +117,16 @@ class PathSimulator:
             np.linalg.lstsq(np.array([linear.c, linear.velocity]), wanted, rcond=None)[0], dtype=np.float64
         )
 
-    def _substeps(self, path: PathSpec) -> int:
-        """Sub-steps a sample of this path needs."""
-        spec = ModelSpec.model_construct(name="path", source="", paths={self.channel: path})
-        return substeps(spec, self.sample_time_s)
-
     def simulate_beside(self, path: PathSpec, measured: Array) -> Array:
         """The same of an integrating path kept about where it was `measured` (n,), SI, steps back left out.
 
         Where a piston meets its stops its place counts, which in open loop drifts.
         """
-        return self._simulate(path, self._substeps(path), measured)
+        return self._simulate(path, substeps((path,), self.sample_time_s), measured)
 
     def simulate(self, path: PathSpec) -> Array:
         """Output of the path (SI), shape (n,), standing at `first` at the start."""
-        steps = self._substeps(path)
+        steps = substeps((path,), self.sample_time_s)
         away = path.disturbance
         if away is None or not _on_voltage(path):
             return self._answer(path, steps)
