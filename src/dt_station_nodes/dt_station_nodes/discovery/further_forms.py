@@ -9,6 +9,8 @@ from .problem import Problem
 BELL = ("spread", "depth", "open_at_v", "bend_per_v", "steepness")
 
 BRISTLES = ("presliding",)
+# Bristles that hold more at rest: what they do at a run's own speed alone, a wider or narrower loop does.
+GRIPPING_BRISTLES = ("presliding", "static_excess_v", "spool_stribeck_velocity", "elastic")
 # A piston that does not creep at the rest pressure, as a valve set there sees to: nothing leads there from one that
 # does beside another effect.
 AT_REST = ("base",)
@@ -24,6 +26,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     # A spool on an oil film never sticks, nor does one held by bristles, so that no stairs lead to them.
     ("friction", Channel.PRESSURE, ("creep_velocity",)),
     ("friction", Channel.PRESSURE, BRISTLES),
+    ("friction", Channel.PRESSURE, GRIPPING_BRISTLES),
     # What a saturating coil does to a piston's way parameters off bend to, all but its lag.
     ("extra_lag", Channel.POSITION, ("saturation",)),
     # What acts as a gain leaves nothing of a voltage that is merely added.
@@ -32,7 +35,13 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("hysteresis", Channel.POSITION, BELL),
 )
 
-_BENDING = (0.003, 0.01, 0.03, 0.1)  # of the run's range: the way over which a spool's bristles bend
+# Times the run's range of what each is.
+_BRISTLED = {
+    "presliding": (0.003, 0.01, 0.03, 0.1),
+    "static_excess_v": (0.03,),
+    "spool_stribeck_velocity": (0.1, 0.5, 2.0),
+    "elastic": (0.0, 0.5),
+}
 _SPREADS = (0.0, 1.0)
 _WIDTHS = (0.03, 0.07, 0.15, 0.3)  # times the voltage's largest way from its mean,
 _BENDS = (0.5, 1.0, 2.0, 4.0)  # the inverse of it
@@ -44,7 +53,8 @@ def further_starts(problem: Problem, also: tuple[str, ...], parameter: Parameter
     """Where a number of a further form begins, of a parameter with the run's `unit`; None: where it usually does."""
     if also == BELL:
         return _bell_starts(problem).get(parameter.name)
-    return [share * unit for share in _BENDING] if also == BRISTLES and parameter.name in also else None
+    bristled = also in (BRISTLES, GRIPPING_BRISTLES) and parameter.name in _BRISTLED
+    return [share * unit for share in _BRISTLED[parameter.name]] if bristled else None
 
 
 def _bell_starts(problem: Problem) -> dict[str, list[float]]:

@@ -8,6 +8,7 @@ from .compiled import Doubles
 
 _STILL = 0.05  # of what makes a spool slip: as near to where it comes to rest it sticks again
 _TURNED = 1e-9  # of the same: a voltage that turns back by less has not
+_SPEED_S = 0.02  # time over which its speed counts: a voltage held between samples moves it in jerks
 
 
 @njit(cache=True)
@@ -24,43 +25,65 @@ def slipping(velocity: float, pull: float, slip: float) -> float:
 
 
 @njit(cache=True)
-def _bristled(s: Doubles, value: float, level: float, way: float, damped: float) -> float:
-    """Where a spool on a spring is whose contact's bristles bend over a `way` (V), after Dahl: s[2] is how far, -1..1.
+def _bristled(s: Doubles, value: float, level: float, slope: float, elastic: float, damped: float) -> float:
+    """Where a spool on a spring is whose contact's bristles hold it back by s[2] (V), at most by a `level`.
 
-    On its way w from w0 they bend as z = sign - (sign - z0) exp(-|w - w0| / way), and the voltage is w + level z and
-    what `damped` times |w - w0| holds back.
+    On its way w they bend by `slope` times that, up to an `elastic` share of the level; from there, at w0, they give
+    way as z = sign level - (sign level - z0) exp(-slope |w - w0| / ((1 - elastic) level)). The voltage is w + z and
+    what `damped` times its way holds back.
     """
-    ahead = value - s[0] - level * s[2]
+    ahead = value - s[0] - s[2]
     if ahead == 0.0:
         return s[0]
     sign = math.copysign(1.0, ahead)
-    to_bend = 1.0 - sign * s[2]
-    moved = 0.0
+    to_go = abs(ahead)
+    bends = elastic * level - sign * s[2]
+    # Without such a share they give way on the whole of their way back too, after Dahl.
+    if elastic > 0.0 and bends > 0.0:
+        moved = min(to_go / (1.0 + damped + slope), bends / slope)
+        s[0] += sign * moved
+        s[2] += sign * moved * slope
+        to_go -= moved * (1.0 + damped + slope)
+        if moved * slope < bends:
+            return s[0]
+    to_bend = level - sign * s[2]
+    rate = slope / ((1.0 - elastic) * level)
+    # From where it cannot be on: Newton comes down to where it is, whether the bristles bend further or give way.
+    moved = 0.0 if to_bend >= 0.0 else (to_go - to_bend) / (1.0 + damped)
     for _ in range(30):
-        left = to_bend * math.exp(-moved / way)
-        change = abs(ahead) - (1.0 + damped) * moved - level * (to_bend - left)
-        change /= 1.0 + damped + level * left / way
+        left = to_bend * math.exp(-moved * rate)
+        change = to_go - (1.0 + damped) * moved - (to_bend - left)
+        change /= 1.0 + damped + left * rate
         moved += change
-        if abs(change) < 1e-9 * way:
+        if abs(change) * rate < 1e-9:
             break
     s[0] += sign * moved
-    s[2] = sign * (1.0 - to_bend * math.exp(-moved / way))
+    s[2] = sign * (level - to_bend * math.exp(-moved * rate))
     return s[0]
 
 
 @njit(cache=True)
-def spool_at(p: Doubles, s: Doubles, value: float, h: float, creep: float, bristles: float) -> float:
+def spool_at(p: Doubles, s: Doubles, value: float, h: float, per_unit: float) -> float:
     """Where a spool is that sticks until the voltage is a level off, then slips a share of that.
 
-    One that creeps at `creep` (V/s) never sticks: it lags behind by the level times the tanh of its speed over that.
-    Nor does one whose contact has `bristles` that bend over so much of its way (V); oil damps it as it slides.
+    One that creeps never sticks: it lags behind by the level times the tanh of its speed over that of its creep. Nor
+    does one whose contact has bristles; those hold more at rest than above a Stribeck velocity, and oil damps it as it
+    slides. `per_unit` (V): what moves the pressure by its unit.
     """
     level, end, slide, slides_on = p[0], p[0] * (1.0 - p[7]), p[8], p[9] > 0.5
+    creep, bristles, stribeck = p[12] * per_unit, p[5] * per_unit, p[13] * per_unit
     if s[1] == 0.0:
         s[1] = 1.0
         s[0] = value
-    if bristles > 0.0:
-        return _bristled(s, value, level, bristles, slide / h)
+    if bristles > 0.0 and level > 0.0:
+        slope = level / bristles
+        if p[1] > 0.0 and stribeck > 0.0:
+            ratio = s[3] / stribeck
+            level += p[1] * math.exp(-ratio * ratio)
+        before = s[0]
+        _bristled(s, value, level, slope, p[14], slide / h)
+        s[3] += ((s[0] - before) / h - s[3]) * (1.0 - math.exp(-h / _SPEED_S))
+        return s[0]
     if creep > 0.0:
         s[0] += h * slipping((value - s[0]) / h, level / h, creep)
         return s[0]

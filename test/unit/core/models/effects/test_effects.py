@@ -217,6 +217,39 @@ def test_a_spool_on_bristles_goes_where_dahls_equation_says_and_oil_damps_it():
     assert late[-1] == pytest.approx(level + 0.05 * 2.0, abs=2.0 * TS)
 
 
+def test_bristles_that_only_bend_at_first_go_the_same_way_back():
+    """Elasto-plastic (Dupont et al., 2002): a share of the level bends them and is given back, the rest is lost."""
+    level, way, share = 0.3, 0.08, 0.6
+    volts = 1.5 * np.sin(2.0 * math.pi * 0.4 * TIME) * np.sin(2.0 * math.pi * 0.11 * TIME)
+    place, held, fine = volts[0], 0.0, [volts[0]]
+    for change in np.repeat(np.diff(volts) / 200, 200):
+        side = math.copysign(1.0, change)
+        given_way = max(0.0, (side * held / level - share) / (1.0 - share))
+        slope = level / way * (1.0 - given_way)
+        moved = change / (1.0 + slope)
+        place, held = place + moved, held + moved * slope
+        fine.append(place)
+    spool = {"coulomb_v": level, "presliding": way, "elastic": share}
+    stands = answer("friction", spool, voltage=volts, channel=Channel.PRESSURE)
+    np.testing.assert_allclose(stands, fine[:-1:200], atol=1e-3)
+    # Below that share nothing is lost.
+    small = 0.5 * share * level * np.sin(2.0 * math.pi * 0.7 * TIME)
+    bent = answer("friction", spool, voltage=small, channel=Channel.PRESSURE)
+    np.testing.assert_allclose(bent, small[:-1] / (1.0 + level / way), atol=1e-9)
+
+
+def test_a_spool_on_bristles_is_held_more_the_slower_it_goes():
+    level, excess, pace = 0.2, 0.15, 1.0
+    spool = {"coulomb_v": level, "presliding": 0.01, "static_excess_v": excess, "spool_stribeck_velocity": pace}
+    for speed in (0.05, 0.7, 5.0):
+        ramp = speed * TIME
+        behind = (ramp[:-1] - answer("friction", spool, voltage=ramp, channel=Channel.PRESSURE))[-1]
+        if speed == 0.7:
+            assert level + 0.2 * excess < behind < level + 0.95 * excess
+        else:
+            assert behind == pytest.approx(level + (excess if speed < pace else 0.0), abs=0.01 + speed * TS / 4.0)
+
+
 def test_damped_bristles_hold_as_the_lugre_equations_say():
     level, bend, damping, gain, lag = 0.3, 2e-3, 0.04, 0.01 * 206.4 / 23.34, 1.0 / 23.34
     volts = 0.8 * np.sin(2.0 * math.pi * 0.8 * TIME) + 0.1

@@ -59,7 +59,7 @@ def _held(p: Doubles, s: Doubles, velocity: float, pressed: float, gain: float, 
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[OWN_LOAD] > 0.0:
         per_unit = 1.0 / c[STATIC_GAIN] if c[STATIC_GAIN] > 0.0 else 0.0
-        return spool_at(p, s, value, c[SUBSTEP], p[12] * per_unit, p[5] * per_unit)
+        return spool_at(p, s, value, c[SUBSTEP], per_unit)
     gain = c[VELOCITY_GAIN]
     if gain == 0.0:
         return value
@@ -208,12 +208,32 @@ EFFECT = Effect(
             optional=True,
             channels=_SPOOL,
         ),
+        Parameter(
+            "spool_stribeck_velocity",
+            Quantity.VELOCITY,
+            "Stribeck velocity of a spool on bristles, as that of the pressure that it calls for",
+            0.0,
+            10.0,
+            (),
+            optional=True,
+            channels=_SPOOL,
+        ),
+        Parameter(
+            "elastic",
+            Quantity.RATIO,
+            "share of what a spool's bristles hold up to which they only bend",
+            0.0,
+            0.95,
+            (),
+            optional=True,
+            channels=_SPOOL,
+        ),
     ),
     step=_step,
     check="Move slowly both ways and read the voltage needed at constant speed; look at seals, guides and dither.",
     source="Armstrong-Helouvry et al., Automatica 30 (1994) 1083; stick by implicit Euler; Dahl bristle (1968), "
     "damped: Canudas de Wit et al., IEEE Trans. Autom. Control 40 (1995) 419; "
     "He et al., Ind. Eng. Chem. Res. 46 (2007) 8741 and Kano et al., ADCHEM (2003): valve stiction",
-    state_size=3,
+    state_size=4,
     sub_stepped=True,
 )
