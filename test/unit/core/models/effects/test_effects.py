@@ -238,6 +238,16 @@ def test_bristles_that_only_bend_at_first_go_the_same_way_back():
     np.testing.assert_allclose(bent, small[:-1] / (1.0 + level / way), atol=1e-9)
 
 
+def test_what_is_centred_in_its_gap_comes_to_where_it_is_read_and_play_is_as_wide_as_it_was():
+    half, rate = 0.2, 0.8
+    volts = np.where(TIME < 1.0, 2.0 * TIME, 2.0)
+    behind = volts[:-1] - answer("backlash", {"half_width": half, "centring_per_s": rate}, voltage=volts)
+    pushed = behind[(TIME[:-1] > 0.5) & (TIME[:-1] < 1.0)]
+    np.testing.assert_allclose(pushed, half, atol=2.0 * TS)
+    stopped = behind[TIME[:-1] >= 1.0 + 2.0 * TS]
+    np.testing.assert_allclose(stopped[10:] / stopped[:-10], math.exp(-10.0 * TS * rate), rtol=1e-6)
+
+
 def test_a_spool_on_bristles_is_held_more_the_slower_it_goes():
     level, excess, pace = 0.2, 0.15, 1.0
     spool = {"coulomb_v": level, "presliding": 0.01, "static_excess_v": excess, "spool_stribeck_velocity": pace}

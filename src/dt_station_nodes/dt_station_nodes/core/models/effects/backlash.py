@@ -30,10 +30,11 @@ def _coasted(speed: float, coast_s: float, drag: float, h: float) -> tuple[float
 def _carried(s: Doubles, joint: int, value: float, half_width: float, p: Doubles, c: Doubles) -> float:
     """Where one joint's load is after a step: free in the gap, brought back into it over the time its contact takes.
 
-    Where it coasts, it leaves the contact at the speed of what pushes it.
+    What centres it moves it in the gap too. Where it coasts, it leaves the contact at the speed of what pushes it.
     """
     place, speed = s[joint], s[joint + 1]
     h, lag_s, coast_s = c[SUBSTEP], p[1], p[3]
+    place += (place - value) * math.expm1(-h * p[7])
     if coast_s > 0.0 or p[6] > 0.0:
         way, speed = _coasted(speed, coast_s, p[6], h)
         place += way
@@ -116,6 +117,15 @@ EFFECT = Effect(
             (1.0, 5.0),
             optional=True,
             at=Attachment.OUTPUT,
+        ),
+        Parameter(
+            "centring_per_s",
+            Quantity.RATE,
+            "rate at which a light spring or what seeps past brings the load to the middle of its gap; 0: it stays",
+            0.0,
+            3.0,
+            (0.1, 0.5),
+            optional=True,
         ),
     ),
     step=_step,
