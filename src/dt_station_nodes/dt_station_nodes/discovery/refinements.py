@@ -54,6 +54,7 @@ _TOGETHER = (
     ("presliding", "damping_s"),
     ("stiffness", "cushion_s"),
     ("lead_s", "stiffening"),
+    ("saturation", "in_air"),
 )
 _SAG, _SAG_BEND = "sag_per_s", "sag_bend"
 _BEGIN = (-1.0, 0.0, 1.0)  # places in a loop or a gap

@@ -478,13 +478,14 @@ def test_a_volume_behind_a_turbulent_restrictor_closes_wide_gaps_slower(turbulen
     assert TS * np.abs(voltage[:-1] - out).sum() == pytest.approx(missing_vs, abs=TS * high_v)
 
 
-@pytest.mark.parametrize("saturation", [0.5, 2.0])
-def test_a_coil_whose_core_saturates_misses_its_flux_linkage(saturation):
+@pytest.mark.parametrize(("saturation", "in_air"), [(0.5, 0.0), (2.0, 0.0), (2.0, 0.3)])
+def test_a_coil_whose_core_saturates_misses_its_flux_linkage(saturation, in_air):
     lag_s, high_v = 0.2, 1.5
     voltage = np.where(TIME > 1.0, high_v, 0.0)
-    out = answer("extra_lag", {"time_constant_s": lag_s, "saturation": saturation}, voltage=voltage)
+    coil = {"time_constant_s": lag_s, "saturation": saturation, "in_air": in_air}
+    out = answer("extra_lag", coil, voltage=voltage)
     # The voltage that a coil's current does not show is its flux's rate: summed over time, the arc tangent of it.
-    missing_vs = lag_s / saturation * math.atan(saturation * high_v)
+    missing_vs = lag_s * (in_air * high_v + (1.0 - in_air) / saturation * math.atan(saturation * high_v))
     assert TS * (voltage[:-1] - out).sum() == pytest.approx(missing_vs, abs=0.5 * TS * high_v)
 
 

@@ -42,9 +42,12 @@ def _slowed(gap: float, turbulence: float) -> float:
 
 
 @njit(cache=True)
-def _quickened(after: float, saturation: float) -> float:
-    """Factor of the time constant of a coil whose core saturates, at a current of `after`: its inductance falls."""
-    return 1.0 / (1.0 + (saturation * after) ** 2)
+def _quickened(after: float, saturation: float, in_air: float) -> float:
+    """Factor of the time constant of a coil whose core saturates, at a current of `after`: its inductance falls.
+
+    What its flux finds of a way `in_air` stays.
+    """
+    return in_air + (1.0 - in_air) / (1.0 + (saturation * after) ** 2)
 
 
 @effect_step
@@ -56,8 +59,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     gap = value - s[0]
     lag = p[0] * sided(gap, s[0], p[3], -p[4], p[5]) * _slowed(gap, p[6])
     if lag > 1e-9 and p[8] > 0.0:
-        half = math.exp(-0.5 * c[SUBSTEP] / (lag * _quickened(s[0], p[8])))
-        lag *= _quickened(value - gap * half, p[8])
+        half = math.exp(-0.5 * c[SUBSTEP] / (lag * _quickened(s[0], p[8], p[9])))
+        lag *= _quickened(value - gap * half, p[8], p[9])
     if lag > 1e-9 and p[7] > 1e-9:
         first = _heavy(s, lag, p[7], c[SUBSTEP], value)
     else:
@@ -127,6 +130,16 @@ EFFECT = Effect(
             0.0,
             10.0,
             (1.0,),
+            optional=True,
+            at=Attachment.INPUT,
+        ),
+        Parameter(
+            "in_air",
+            Quantity.RATIO,
+            "share of a coil's inductance that does not saturate, of the flux beside its core",
+            0.0,
+            0.95,
+            (0.2,),
             optional=True,
             at=Attachment.INPUT,
         ),
