@@ -212,7 +212,7 @@ EFFECT = Effect(
             "spool_stribeck_velocity",
             Quantity.VELOCITY,
             "Stribeck velocity of a spool on bristles, as that of the pressure that it calls for",
-            0.0,
+            0.05,
             10.0,
             (),
             optional=True,
