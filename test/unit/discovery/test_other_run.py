@@ -9,7 +9,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import PathSpec
 from dt_station_nodes.discovery import DiscoverySettings, Verdict, other_run
 from dt_station_nodes.discovery.channel import Finding
-from dt_station_nodes.discovery.other_run import found_there
+from dt_station_nodes.discovery.other_run import found_only_there, found_there
 from dt_station_nodes.discovery.problem import Problem
 from dt_station_nodes.discovery.workers import ALONE
 
@@ -36,3 +36,26 @@ def test_the_validation_run_is_asked_for_one_name_more_at_most(
     said = found_there(finding, problem, PATH, DiscoverySettings(max_effects=3), None, ALONE)
     assert said == (finding, "")
     assert asked == [most]
+
+
+@pytest.mark.parametrize(
+    ("penalty", "bent", "asked"), [(0.5, False, 1), (0.5, True, 0), (70.0, False, 0), (70.0, True, 1)]
+)
+def test_a_run_that_needs_parameters_far_off_is_asked_first_itself(
+    monkeypatch: pytest.MonkeyPatch, penalty: float, bent: bool, asked: int
+) -> None:
+    examined: list[Problem] = []
+    null = SimpleNamespace(fit=SimpleNamespace(penalty=penalty, residual=None), unseen=None)
+    monkeypatch.setattr(other_run, "null_and_noise", lambda *_: (null, 1.0))
+    monkeypatch.setattr(other_run, "shows_only", lambda *_: True)
+
+    def unexplained(problem: Problem, *_: object) -> SimpleNamespace:
+        examined.append(problem)
+        return SimpleNamespace(verdict=Verdict.UNEXPLAINED, interrupted=False)
+
+    monkeypatch.setattr(other_run, "examine", unexplained)
+    here, there = (cast("Problem", SimpleNamespace(channel=Channel.POSITION)) for _ in range(2))
+    found, note = found_only_there(here, there, PATH, DiscoverySettings(), None, ALONE, bent=bent)
+    assert found is None
+    assert examined == [there] * asked
+    assert bool(note) is bool(asked)

@@ -15,6 +15,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, search
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, all_starts, grid, hypothesis, library
 from dt_station_nodes.discovery.choice import take_measure
+from dt_station_nodes.discovery.further_forms import GRIPPING_BRISTLES
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.parsimony import simplified
 from dt_station_nodes.discovery.problem import Problem, make_problem
@@ -159,7 +160,8 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
     # A spool on an oil film never sticks, nor does one on bristles, so that they are tried apart.
     slips = Candidate("friction", apart=True)
     creeps, bends = (Candidate("friction", also=(name,)) for name in ("creep_velocity", "presliding"))
-    assert [c for c in library(Channel.PRESSURE) if c.name == "friction"] == [slips, creeps, bends]
+    grips = Candidate("friction", also=GRIPPING_BRISTLES)
+    assert [c for c in library(Channel.PRESSURE) if c.name == "friction"] == [slips, creeps, bends, grips]
     assert Candidate("leakage") in library(Channel.PRESSURE)
     apart = [c for c in library(Channel.POSITION) if c.apart]
     assert [(c.name, c.at, c.required) for c in apart] == [

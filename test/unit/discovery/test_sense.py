@@ -188,6 +188,9 @@ def test_a_spool_that_does_not_slip_is_a_loop_and_a_piston_need_not(run: Run, pr
     way = 1.0 / pressure.scales[Quantity.INPUT_PER_OUTPUT]
     assert sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "presliding": 0.05 * way}), pressure)
     assert not sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "presliding": 0.01 * way}), pressure)
+    # So soft that they bend wherever the run goes, they never slide.
+    wherever = 0.095 * pressure.scales[Quantity.OUTPUT]
+    assert not sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.02, "presliding": wherever}), pressure)
     # Nor one that the run seldom moves faster than it creeps: that is a lag.
     for share, slips in ((0.2, True), (0.8, False)):
         creeps = {"coulomb_v": 0.2, "creep_velocity": share * pressure.scales[Quantity.VELOCITY]}

@@ -86,6 +86,9 @@ def _looked_at(
     if finding is None:
         finding = examine(problem, path, settings, progress, unseen, workers)
         note = note if finding.verdict is Verdict.UNEXPLAINED else ""
+        if finding.verdict is Verdict.UNEXPLAINED and not finding.interrupted:
+            there, more = found_only_there(problem, other, path, settings, progress, workers, bent=True)
+            finding, note = there or finding, more or note
         finding, more = found_there(finding, other, path, settings, progress, workers)
         note = more or note
     finding, drift = found_adrift(finding, short.run, validation, spec, settings, progress, workers)

@@ -6,6 +6,7 @@ from ..core.channels import Channel
 from ..core.models import ModelSpec, PathSpec
 from ..core.run import Run
 from .channel import Finding, examine, null_and_noise
+from .choice import FAR_OFF
 from .condense import condensed
 from .data_checks import check_run
 from .problem import Problem, make_problem
@@ -41,14 +42,18 @@ def found_only_there(
     settings: DiscoverySettings,
     progress: Progress | None,
     workers: Workers,
+    bent: bool = False,
 ) -> tuple[Finding | None, str]:
     """What the other run names where it alone shows a gap, and what to say of it.
 
     This run, as the model says, tells no effect from another: the runs change places, this one must not contradict.
+    `bent`: it is as the model says only with parameters far off, which tells something, if not enough.
     """
     if unseen is None:
         return None, ""
     null, sigma = null_and_noise(problem, path, unseen)
+    if (null.fit.penalty > FAR_OFF) is not bent:
+        return None, ""
     if not shows_only(problem, unseen, null.unseen, null.fit.residual, sigma):
         return None, ""
     channel = problem.channel.value

@@ -41,6 +41,7 @@ LEAST_PLAY = 0.1  # times the way gone in the time in which it closes
 QUICKEST_CREEP = 0.5  # of the run's speed
 LEAST_SLIP = 0.2  # of what a spool takes to break away,
 LEAST_BENT = 0.1  # or of it as a way: bristles that bend over less are so stiff that it is play
+MOST_BENT = 0.08  # of the run's range: what bends over more hardly ever slides, it is a loop of what else bends
 MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
 
 
@@ -175,7 +176,8 @@ def _slips(path: PathSpec, problem: Problem) -> bool:
     if problem.channel is not Channel.PRESSURE:
         return True
     if spool["presliding"] > 0.0:
-        return spool["presliding"] * problem.scales[Quantity.INPUT_PER_OUTPUT] > LEAST_BENT * spool["coulomb_v"]
+        stiff = spool["presliding"] * problem.scales[Quantity.INPUT_PER_OUTPUT] <= LEAST_BENT * spool["coulomb_v"]
+        return not stiff and spool["presliding"] < MOST_BENT * problem.scales[Quantity.OUTPUT]
     if spool["creep_velocity"] > 0.0:
         return spool["creep_velocity"] < QUICKEST_CREEP * problem.scales[Quantity.VELOCITY]
     return spool["slip"] > LEAST_SLIP

@@ -129,7 +129,7 @@ class PathSimulator:
         steps = substeps((path,), self.sample_time_s)
         away = path.disturbance
         if away is None or not _on_voltage(path):
-            return self._answer(path, steps)
+            return self._answer(path, steps).copy()
         # What the load does is then the same whatever the effects do.
         alone = path.model_copy(update={"disturbance": None})
         held = all(registry()[effect.name].holds for effect in path.effects)
@@ -143,7 +143,7 @@ class PathSimulator:
         return self._answer(path.model_copy(update={**silent, "effects": (), "disturbance": unit}), steps)
 
     def _answer(self, path: PathSpec, steps: int) -> Array:
-        """Output of a path (SI), shape (n,), not to be written to; the last ones are remembered."""
+        """Output of a path (SI), shape (n,); the last ones are remembered, so it is not to be written to."""
         key = _key(path, steps)
         if key not in self._answers:
             if len(self._answers) * len(self.voltage_v) * 8 >= _REMEMBERED:
