@@ -68,7 +68,7 @@ def test_a_loop_that_is_not_open_begins_nowhere() -> None:
 
 
 def test_play_found_in_the_middle_of_its_gap_is_backlash_of_its_width() -> None:
-    result = discover(run(0, 0.2), SPEC, run(1, 0.6), DiscoverySettings(jobs=2))
+    result = discover(run(0, 0.2), SPEC, run(1, 0.6))
     (effect,) = result.effects
     assert effect.name == "backlash"
     assert effect.parameters["half_width"].value == pytest.approx(HALF_V, rel=0.02)

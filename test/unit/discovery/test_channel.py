@@ -39,7 +39,7 @@ def found_in(spec: ModelSpec, voltage: np.ndarray, noise_m: float = 1e-5) -> Dis
         spec.paths[Channel.POSITION]
     )
     noise = noise_m * np.random.default_rng(3).standard_normal(voltage.size)
-    return discover(Run(STEP_S, {"servo_voltage_v": voltage, "position_m": position + noise}), AXIS, jobs=2)
+    return discover(Run(STEP_S, {"servo_voltage_v": voltage, "position_m": position + noise}), AXIS)
 
 
 @pytest.mark.parametrize("knee", [0.2, 0.5])
@@ -68,7 +68,7 @@ def bent_off(wave: np.ndarray, top_v: float, seed: int) -> Run:
 def test_between_forms_that_both_miss_the_same_bend_no_lead_decides() -> None:
     turns = 2.0 * np.pi * 0.4 * TIME_S
     check = bent_off(signal.sawtooth(turns, 0.5), 4.0, 2)
-    (limit,) = discover(bent_off(np.sin(turns), 3.05, 1), PAPER, validation=check, jobs=2).effects
+    (limit,) = discover(bent_off(np.sin(turns), 3.05, 1), PAPER, validation=check).effects
     assert {limit.name, *limit.alternatives} == {"saturation", "overflow"}
     assert limit.confidence < 0.6
 
@@ -94,7 +94,7 @@ def test_a_linear_path_that_fits_to_a_hundredth_lacks_nothing_with_a_name(monkey
     early = answer[1::fine]
     run = Run(STEP_S, {"servo_voltage_v": signal.lfilter(b, a, drive)[: early.size], "position_m": early})
     model = {"name": "m", "paths": {"position": {"numerator": [140.0], "denominator": [1.0, 2.5, 200.0]}}}
-    result = discover(run, ModelSpec.model_validate(model), jobs=2)
+    result = discover(run, ModelSpec.model_validate(model))
     assert (result.verdict, looks) == (Verdict.PARAMETERS_ONLY, [True])
 
 

@@ -46,7 +46,7 @@ def test_single_effect_is_named_and_the_gap_falls_to_the_noise(name, channel):
     effects = ((name, channel, 1.0),)
     run = make(Case(effects=effects, seconds=24.0))
     unseen = make(Case(effects=effects, seconds=24.0, shape="triangle", seed=3))
-    result = discover(run, only(channel), unseen, jobs=2)
+    result = discover(run, only(channel), unseen)
     assert result.verdict is Verdict.NAMED
     assert [(e.name, e.channel.value) for e in result.effects] == [(name, channel)]
     place = Channel(channel)
@@ -60,26 +60,26 @@ def test_a_rig_of_any_pace_is_read_alike(pace):
     run = make(Case(effects=(("extra_lag", "pressure", 1.0),), seconds=24.0))
     rig = Run(run.sample_time_s * pace, run.signals)
     path = PAPER.paths[Channel.PRESSURE].model_copy(update={"time_scale": pace})
-    result = discover(rig, PAPER.model_copy(update={"paths": {Channel.PRESSURE: path}}), jobs=2)
+    result = discover(rig, PAPER.model_copy(update={"paths": {Channel.PRESSURE: path}}))
     assert [e.name for e in result.effects] == ["extra_lag"]
     assert result.effects[0].parameters["time_constant_s"].value == pytest.approx(0.05 * pace, rel=0.2)
 
 
 def test_two_effects_are_both_named():
     run = make(Case(effects=(("dead_zone", "position", 1.0), ("delay", "position", 1.0)), seconds=24.0))
-    result = discover(run, only("position"), jobs=2)
+    result = discover(run, only("position"))
     assert {e.name for e in result.effects} == {"dead_zone", "delay"}
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_nothing_is_named_where_nothing_is_missing(seed):
-    result = discover(make(Case(seed=seed, seconds=24.0)), PAPER, jobs=2)
+    result = discover(make(Case(seed=seed, seconds=24.0)), PAPER)
     assert result.verdict is Verdict.NOTHING_MISSING
     assert not result.effects
 
 
 def test_a_mismatch_is_parameters_only():
-    result = discover(make(Case(gain_error=0.05, time_error=0.1, seconds=24.0)), PAPER, jobs=2)
+    result = discover(make(Case(gain_error=0.05, time_error=0.1, seconds=24.0)), PAPER)
     assert result.verdict is Verdict.PARAMETERS_ONLY
     assert {e.name for e in result.effects} == {"parameter_mismatch"}
     assert result.nominal["position gain"].value == pytest.approx(1.05, abs=0.02)
@@ -89,21 +89,21 @@ def test_a_load_that_acts_faster_than_the_model_says_is_no_effect():
     """Its time constants may be off as the valve's may, by their own share."""
     path = PAPER.paths[Channel.POSITION]
     quick = PAPER.with_path(Channel.POSITION, disturbance=path.disturbance.model_copy(update={"time_scale": 0.6}))
-    result = discover(make(Case(seconds=24.0, shape="square")), quick, jobs=2)
+    result = discover(make(Case(seconds=24.0, shape="square")), quick)
     assert result.verdict is Verdict.PARAMETERS_ONLY
     assert result.nominal["position disturbance_time_scale"].value == pytest.approx(1.0, abs=0.06)
 
 
 @pytest.mark.parametrize("name", ["stroke_dependent_gain", "memory"])
 def test_effects_outside_the_vocabulary_are_not_named(name):
-    result = discover(make(Case(effects=((name, "position", 1.0),), seconds=24.0)), only("position"), jobs=2)
+    result = discover(make(Case(effects=((name, "position", 1.0),), seconds=24.0)), only("position"))
     assert result.verdict is Verdict.UNEXPLAINED
     assert not result.effects
     assert "no named effect explains" in result.sentence
 
 
 def test_a_frozen_sensor_is_said_not_named():
-    result = discover(make(Case(effects=(("frozen_sensor", "pressure", 0.5),), seconds=24.0)), only("pressure"), jobs=2)
+    result = discover(make(Case(effects=(("frozen_sensor", "pressure", 0.5),), seconds=24.0)), only("pressure"))
     assert result.verdict is Verdict.UNEXPLAINED
     assert any("frozen" in note for note in result.data_notes)
 
@@ -138,7 +138,7 @@ def test_a_band_that_no_voltage_lies_in_is_the_valves_and_may_be_a_bias() -> Non
 
     time = np.arange(1200) * 0.02
     square, sine = (1.9 + 1.5 * shape(1.1 * time) for shape in (lambda x: np.sign(np.sin(x)), np.sin))
-    (effect,) = discover(run(square, 1), only("pressure"), validation=run(sine, 2), jobs=2).effects
+    (effect,) = discover(run(square, 1), only("pressure"), validation=run(sine, 2)).effects
     assert effect.name == "dead_zone"
     assert "bias" in effect.alternatives
 
@@ -182,9 +182,9 @@ def test_what_two_levels_cannot_tell_from_a_gain_another_waveform_does(half_widt
         return Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
 
     square, triangle = run(signal.square, 1), run(lambda phase: signal.sawtooth(phase, 0.5), 2)
-    alone = discover(square, spec, jobs=2)
+    alone = discover(square, spec)
     assert alone.verdict is not Verdict.NAMED
-    both = discover(square, spec, validation=triangle, jobs=2)
+    both = discover(square, spec, validation=triangle)
     assert both.verdict is Verdict.NAMED
     (found,) = both.effects
     # Without a feedback that hunts, play in a linkage shows as the valve's does.
@@ -205,7 +205,7 @@ def test_an_effect_that_only_the_validation_run_shows_is_found_there():
         return Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
 
     small, large = run(1.5, 1), run(3.0, 2)
-    result = discover(small, spec, validation=large, jobs=2)
+    result = discover(small, spec, validation=large)
     assert [effect.name for effect in result.effects] == ["saturation"]
     assert any("only the validation run shows" in note for note in result.data_notes)
     limit = result.effects[0].parameters["upper_v"].value
@@ -213,7 +213,7 @@ def test_an_effect_that_only_the_validation_run_shows_is_found_there():
     assert result.gap.after[Channel.POSITION].rms <= 1.02 * result.gap.before[Channel.POSITION].rms
     fall = result.gap.validation_after[Channel.POSITION].rms / result.gap.validation_before[Channel.POSITION].rms
     assert fall < 0.1
-    (turned,) = discover(large, spec, validation=small, jobs=2).effects
+    (turned,) = discover(large, spec, validation=small).effects
     assert turned.parameters["upper_v"].value == pytest.approx(limit, rel=1e-6)
 
 
@@ -231,7 +231,7 @@ def test_what_the_validation_run_alone_tells_apart_is_found_there():
 
     levels = np.repeat(np.random.default_rng(5).uniform(-2.5, 2.5, 30), 30)
     ramps = run(2.0 * signal.sawtooth(0.5 * np.pi * np.arange(900) * 0.02 + 0.5 * np.pi, 0.5), 1)
-    result = discover(ramps, spec, validation=run(levels - levels.mean(), 2), jobs=2)
+    result = discover(ramps, spec, validation=run(levels - levels.mean(), 2))
     told = {effect.name: effect.parameters for effect in result.effects}
     assert set(told) == {"dead_zone", "friction"}
     assert any("the validation run shows more" in note for note in result.data_notes)
@@ -239,4 +239,4 @@ def test_what_the_validation_run_alone_tells_apart_is_found_there():
     # Their sum is what the steps must overcome; along it the fit is flat to some hundredths of a volt.
     assert friction_v + overlap_v == pytest.approx(1.1, rel=0.005)
     assert friction_v == pytest.approx(0.5, abs=0.03)
-    assert [effect.name for effect in discover(ramps, spec, jobs=2).effects] == ["friction"]
+    assert [effect.name for effect in discover(ramps, spec).effects] == ["friction"]

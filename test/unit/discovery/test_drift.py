@@ -24,7 +24,7 @@ PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
 
 def test_a_null_off_by_a_few_millivolts_shows_as_drift_and_is_not_claimed_to_be_nothing_else() -> None:
     case = Case((("bias", "position", 0.004),), shape="sine", seconds=24.0, seed=3)
-    result = discover(make(case), PAPER, settings=DiscoverySettings(jobs=2))
+    result = discover(make(case), PAPER)
     assert result.verdict is Verdict.NAMED
     (effect,) = result.effects
     assert effect.channel is Channel.POSITION

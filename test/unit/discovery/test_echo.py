@@ -38,20 +38,20 @@ def rippled() -> Run:
 
 
 def test_a_ripple_of_the_pressure_is_not_named_on_the_position(rippled: Run) -> None:
-    result = discover(rippled, PAPER, jobs=2)
+    result = discover(rippled, PAPER)
     assert [(e.name, e.channel) for e in result.effects] == [("periodic_disturbance", Channel.PRESSURE)]
     assert result.effects[0].parameters["frequency_hz"].value == pytest.approx(HERTZ, rel=1e-2)
 
 
 def test_a_disturbance_of_the_position_alone_is_named_there() -> None:
-    result = discover(make(Case((("periodic_disturbance", "position", 1.0),), "square", seed=3)), PAPER, jobs=2)
+    result = discover(make(Case((("periodic_disturbance", "position", 1.0),), "square", seed=3)), PAPER)
     assert [(e.name, e.channel) for e in result.effects] == [("periodic_disturbance", Channel.POSITION)]
 
 
 def test_a_pressure_read_too_high_is_no_drift_of_the_position() -> None:
     run = make(Case(shape="triangle", seed=3, seconds=24.0))
     high = Run(run.sample_time_s, {**run.signals, "pressure_pa": run.signals["pressure_pa"] + 2.0e6}, source="high")
-    assert {e.channel for e in discover(high, PAPER, jobs=2).effects} == {Channel.PRESSURE}
+    assert {e.channel for e in discover(high, PAPER).effects} == {Channel.PRESSURE}
 
 
 def finding(run: Run, channel: Channel, name: str, **numbers: float) -> Finding:

@@ -54,7 +54,7 @@ def test_a_limit_is_no_step() -> None:
 
 
 def test_a_gain_that_steps_is_gain_drift_with_its_numbers() -> None:
-    result = discover(run(0, (-0.15, 8.0), (0.1, 15.5)), SPEC, validation=run(1, (-0.15, 8.0), (0.1, 15.5)), jobs=2)
+    result = discover(run(0, (-0.15, 8.0), (0.1, 15.5)), SPEC, validation=run(1, (-0.15, 8.0), (0.1, 15.5)))
     (effect,) = result.effects
     assert effect.name == "gain_drift"
     assert effect.parameters["jump"].value == pytest.approx(-0.15, abs=0.01)

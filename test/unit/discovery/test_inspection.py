@@ -27,7 +27,7 @@ def driven(path: PathSpec) -> Run:
 
 def test_a_constant_is_the_valves_and_no_other_rest_of_the_model() -> None:
     biased = VALVE.with_effect(Channel.PRESSURE, "bias", {"bias_v": 0.3}).paths[Channel.PRESSURE]
-    result = discover(driven(biased), VALVE, jobs=2)
+    result = discover(driven(biased), VALVE)
     assert [effect.name for effect in result.effects] == ["bias"]
     assert result.effects[0].parameters["bias_v"].value == pytest.approx(0.3, rel=0.1)
 
@@ -35,7 +35,7 @@ def test_a_constant_is_the_valves_and_no_other_rest_of_the_model() -> None:
 def test_a_damping_that_is_off_is_no_effect() -> None:
     """Neither gain nor time scale can mend it: it is free itself."""
     damped = PATH.model_copy(update={"denominator": (1.0, 36.0, 1600.0)})
-    result = discover(driven(damped), VALVE, jobs=2)
+    result = discover(driven(damped), VALVE)
     assert result.verdict is Verdict.PARAMETERS_ONLY
     assert result.gap.after[Channel.PRESSURE].rms < 1.1 * result.gap.noise_floor[Channel.PRESSURE].rms
 

@@ -36,7 +36,7 @@ def run(volts_per_root: float, hertz: float, seed: int) -> Run:
 
 
 def test_a_large_leak_through_an_orifice_is_named_though_nothing_leaks_at_rest() -> None:
-    result = discover(run(1.1, 0.6, 1), PRESSURE_ONLY, validation=run(1.1, 0.23, 2), jobs=2)
+    result = discover(run(1.1, 0.6, 1), PRESSURE_ONLY, validation=run(1.1, 0.23, 2))
     assert result.verdict is Verdict.NAMED
     assert [(e.name, e.channel) for e in result.effects] == [("leakage", Channel.PRESSURE)]
     after, floor = (gaps[Channel.PRESSURE].rms for gaps in (result.gap.after, result.gap.noise_floor))

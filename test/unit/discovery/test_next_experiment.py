@@ -52,9 +52,9 @@ def test_what_one_waveform_leaves_open_the_proposed_one_tells(
     """Two levels take a dead zone for a gain that is off, a sine a delay for a time constant that is."""
     rig = PAPER.with_effect(Channel.POSITION, effect, numbers)
     first = run_of(rig, waved(shape, 1.0, frequency_hz), 3)
-    open_ = discover(first, PAPER, jobs=2)
+    open_ = discover(first, PAPER)
     assert open_.verdict is Verdict.PARAMETERS_ONLY
     assert effect in open_.effects[0].alternatives
     second = run_of(rig, proposed(open_.next_experiment), 4)
-    told = discover(second, PAPER, validation=first, jobs=2)
+    told = discover(second, PAPER, validation=first)
     assert [(e.name, e.channel, e.alternatives) for e in told.effects] == [(effect, Channel.POSITION, ())]

@@ -72,7 +72,7 @@ def test_a_model_that_misses_half_of_quick_movement_is_not_said_to_lack_nothing(
     measured = np.concatenate([[0.0], free[:-1]]) + 0.02 * rng.standard_normal(600)
     run = Run(0.2, {"servo_voltage_v": voltage, "position_m": measured}, source="quick")
     lag = PathSpec(numerator=(20.0,), denominator=(1.0, 20.0))
-    found = discover(run, ModelSpec(name="quick", paths={Channel.POSITION: lag}), jobs=2)
+    found = discover(run, ModelSpec(name="quick", paths={Channel.POSITION: lag}))
     assert found.verdict is Verdict.NAMED
     assert [e.name for e in found.effects] == ["dead_zone"]
     assert found.effects[0].parameters["half_width_v"].value == pytest.approx(2.0, abs=0.05)
@@ -84,7 +84,7 @@ def test_of_a_run_that_does_not_move_nothing_is_concluded() -> None:
         0.02, {"servo_voltage_v": rng.standard_normal(600), "position_m": rng.standard_normal(600)}, source="held"
     )
     lag = PathSpec(numerator=(20.0,), denominator=(1.0, 20.0))
-    found = discover(run, ModelSpec(name="held", paths={Channel.POSITION: lag}), jobs=2)
+    found = discover(run, ModelSpec(name="held", paths={Channel.POSITION: lag}))
     assert found.verdict is Verdict.UNEXPLAINED
     assert "Nothing can be concluded" in found.sentence
     assert found.data_notes

@@ -60,7 +60,7 @@ def test_its_form_begins_there() -> None:
 def test_a_gain_that_settles_early_in_a_long_run_is_gain_drift() -> None:
     """A warm-up over a tenth of the run bends a ramp's fit to next to nothing, from where no step leads back."""
     runs = [warming(wave, noise_pa=4.5e3, rate_per_s=-0.002, settling_s=5.2) for wave in (0, 1)]
-    result = discover(runs[0], SPEC, runs[1], DiscoverySettings(jobs=2))
+    result = discover(runs[0], SPEC, runs[1])
     (effect,) = result.effects
     assert effect.name == "gain_drift"
     assert set(effect.parameters) == {"rate_per_s", SETTLING}
@@ -116,7 +116,7 @@ def derated(wave: int, recovery_s: float) -> Run:
 
 def test_a_coil_that_its_voltage_warms_is_gain_drift() -> None:
     """A ramp's fit left twice the noise, and a stranger that weakens with past effort stood before it."""
-    warm = discover(derated(0, 8.0), SPEC, derated(1, 8.0), DiscoverySettings(jobs=2))
+    warm = discover(derated(0, 8.0), SPEC, derated(1, 8.0))
     (effect,) = warm.effects
     assert effect.name == "gain_drift"
     assert effect.parameters["heat_s"].value == pytest.approx(8.0, rel=0.1)
@@ -124,7 +124,7 @@ def test_a_coil_that_its_voltage_warms_is_gain_drift() -> None:
 
 def test_what_a_slow_fatigue_weakens_has_no_name() -> None:
     """With the voltage's size, and as slowly as a coil warms."""
-    tired = discover(tiring(0), SPEC, tiring(1), DiscoverySettings(jobs=2))
+    tired = discover(tiring(0), SPEC, tiring(1))
     assert tired.verdict is Verdict.UNEXPLAINED
 
 

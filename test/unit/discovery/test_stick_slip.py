@@ -33,7 +33,7 @@ def run(stuck_v: float, slid_v: float, wave: int) -> Run:
 
 
 def test_a_spool_that_jumps_is_friction_with_its_numbers() -> None:
-    result = discover(run(0.3, 0.1, 0), SPEC, run(0.3, 0.1, 1), DiscoverySettings(jobs=2))
+    result = discover(run(0.3, 0.1, 0), SPEC, run(0.3, 0.1, 1))
     assert result.verdict is Verdict.NAMED
     (effect,) = result.effects
     assert (effect.name, effect.alternatives) == ("friction", ())
@@ -56,7 +56,7 @@ def sliding(stuck_v: float, slid_v: float, wave: int) -> Run:
 
 
 def test_a_spool_that_slides_on_is_friction_with_its_numbers() -> None:
-    result = discover(sliding(0.4, 0.15, 0), SPEC, sliding(0.4, 0.15, 1), DiscoverySettings(jobs=2))
+    result = discover(sliding(0.4, 0.15, 0), SPEC, sliding(0.4, 0.15, 1))
     (effect,) = result.effects
     assert (effect.name, effect.alternatives) == ("friction", ())
     assert result.model.paths[Channel.PRESSURE].effect("friction").parameters["slides_on"] == 1.0
@@ -66,7 +66,7 @@ def test_a_spool_that_slides_on_is_friction_with_its_numbers() -> None:
 
 
 def test_one_that_does_not_jump_is_play() -> None:
-    result = discover(run(0.2, 0.2, 0), SPEC, run(0.2, 0.2, 1), DiscoverySettings(jobs=2))
+    result = discover(run(0.2, 0.2, 0), SPEC, run(0.2, 0.2, 1))
     (effect,) = result.effects
     # Then the three are one thing.
     assert (effect.name, effect.alternatives) == ("backlash", ("hysteresis", "friction"))

@@ -77,14 +77,14 @@ def problem(of: Run, channel: Channel) -> Problem:
 
 
 def test_a_disturbance_in_bursts_is_named() -> None:
-    found = discover(shaken(1.2), PAPER, validation=shaken(4.0, 2.0, seed=9), jobs=2)
+    found = discover(shaken(1.2), PAPER, validation=shaken(4.0, 2.0, seed=9))
     assert found.verdict is Verdict.NAMED
     assert [(e.name, e.channel) for e in found.effects] == [("periodic_disturbance", Channel.PRESSURE)]
     assert found.effects[0].parameters["burst_period_s"].value == pytest.approx(6.5, rel=0.02)
 
 
 def test_two_tones_are_one_disturbance() -> None:
-    found = discover(shaken(None, second=0.5), PAPER, validation=shaken(None, 2.0, seed=9, second=0.5), jobs=2)
+    found = discover(shaken(None, second=0.5), PAPER, validation=shaken(None, 2.0, seed=9, second=0.5))
     assert [(e.name, e.channel) for e in found.effects] == [("periodic_disturbance", Channel.PRESSURE)]
     numbers = found.effects[0].parameters
     assert numbers["second_hz"].value == pytest.approx(SECOND_HZ, rel=2e-3)
@@ -93,14 +93,14 @@ def test_two_tones_are_one_disturbance() -> None:
 
 
 def test_one_that_swells_and_sinks_is_named() -> None:
-    found = discover(shaken(None, swell=0.8), PAPER, validation=shaken(None, 2.0, seed=9, swell=0.8), jobs=2)
+    found = discover(shaken(None, swell=0.8), PAPER, validation=shaken(None, 2.0, seed=9, swell=0.8))
     assert [(e.name, e.channel) for e in found.effects] == [("periodic_disturbance", Channel.PRESSURE)]
     assert found.effects[0].parameters["swell_hz"].value == pytest.approx(SWELL_HZ, rel=0.01)
     assert found.effects[0].parameters["swell"].value == pytest.approx(0.8, rel=0.1)
 
 
 def test_what_pushes_one_way_is_a_disturbance_and_no_bias_beside_it() -> None:
-    found = discover(pushed(0.3, 8), PAPER, validation=pushed(2.0, 9), jobs=2)
+    found = discover(pushed(0.3, 8), PAPER, validation=pushed(2.0, 9))
     assert [(e.name, e.channel) for e in found.effects] == [("periodic_disturbance", Channel.POSITION)]
     numbers = found.effects[0].parameters
     assert numbers["frequency_hz"].value == pytest.approx(PUSH_HZ, rel=2e-3)
@@ -109,7 +109,7 @@ def test_what_pushes_one_way_is_a_disturbance_and_no_bias_beside_it() -> None:
 
 
 def test_a_delay_that_wanders_is_named() -> None:
-    found = discover(late(WANDER), PAPER, validation=late(WANDER, 2.0, seed=9), jobs=2)
+    found = discover(late(WANDER), PAPER, validation=late(WANDER, 2.0, seed=9))
     assert found.verdict is Verdict.NAMED
     assert [(e.name, e.channel) for e in found.effects] == [("delay", Channel.POSITION)]
     assert found.effects[0].parameters["wander"].value == pytest.approx(WANDER, rel=0.15)

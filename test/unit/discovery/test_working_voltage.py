@@ -8,7 +8,7 @@ import pytest
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSimulator
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery import DiscoverySettings, discover
+from dt_station_nodes.discovery import discover
 
 PAPER = ModelSpec.from_yaml((Path(__file__).parents[3] / "config" / "models" / "paper.yaml").read_text("utf-8"))
 LINEAR = PAPER.paths[Channel.PRESSURE].model_copy(update={"effects": ()})
@@ -34,7 +34,7 @@ def run(hidden: ModelSpec, hertz: float, seed: int) -> Run:
 )
 def test_a_curve_about_a_working_voltage_has_one_name(name: str, numbers: dict[str, float]) -> None:
     hidden = VALVE.with_effect(Channel.PRESSURE, name, numbers)
-    result = discover(run(hidden, 0.35, 1), VALVE, validation=run(hidden, 0.23, 2), settings=DiscoverySettings(jobs=2))
+    result = discover(run(hidden, 0.35, 1), VALVE, validation=run(hidden, 0.23, 2))
     (effect,) = result.effects
     assert effect.name == name
     after, floor = (gaps[Channel.PRESSURE].rms for gaps in (result.gap.after, result.gap.noise_floor))
