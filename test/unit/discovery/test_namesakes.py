@@ -128,3 +128,23 @@ def test_a_pressure_that_lags_more_one_way_fills_quicker_than_it_vents(
 ) -> None:
     path = PAPER.with_effect(channel, "extra_lag", {"time_constant_s": 0.05, **form}).paths[channel]
     assert namesakes(path, ("extra_lag",), channel, SCALES) == (also,)
+
+
+@pytest.mark.parametrize(
+    ("channel", "asymmetry", "centre_v", "found"),
+    [
+        (Channel.PRESSURE, -0.1, 2.0, ("overflow",)),
+        (Channel.PRESSURE, 0.1, 2.0, ()),
+        (Channel.PRESSURE, -0.1, 0.5, ()),
+        (Channel.POSITION, -0.1, 2.0, ()),
+    ],
+)
+def test_a_pressure_that_answers_less_from_a_voltage_on_may_have_a_relief_valve(
+    channel: Channel, asymmetry: float, centre_v: float, found: tuple[str, ...]
+) -> None:
+    curve = {"asymmetry": asymmetry, "centre_v": centre_v}
+    path = PAPER.with_effect(channel, "asymmetric_gain", curve).paths[channel]
+    assert namesakes(path, ("asymmetric_gain",), channel, SCALES) == (found,)
+    both = (*path.effects, EffectSpec(name="overflow", parameters={"limit": 3e6}))
+    beside = path.model_copy(update={"effects": both})
+    assert namesakes(beside, ("asymmetric_gain", "overflow"), channel, SCALES)[0] == ()

@@ -18,6 +18,7 @@ _BEYOND = 1.3  # times whose highest voltage it lies,
 _GOES_ON = 0.2  # or beyond which so much goes on
 _UNLIKE = 0.2  # of a lag: by so much more in one direction than on the mean of both it answers that one less
 _WAYS = ("unequal", "closing")
+_ABOVE = 0.2  # of the run's highest voltage: a kink that far up is where something may open
 
 
 def namesakes(
@@ -30,7 +31,8 @@ def namesakes(
     is held. What stops a position's reading alone, while the piston goes on, is its sensor's range. Several plays that
     all of a voltage goes through are a linkage of several joints, or a spool whose friction yields before it slides.
     A pressure valve whose curve bends softly and meets no limit in the run is held by a spring that hardens. A pressure
-    that lags more one way is one that fills quicker than it vents.
+    that lags more one way is one that fills quicker than it vents. One that answers less from some voltage on is one
+    whose relief valve opens there and lets it rise on.
     """
     peak = scales[Quantity.INPUT_PEAK]
     found = {effect.name: _names(effect, added, channel, peak) for effect in path.effects}
@@ -42,6 +44,8 @@ def _names(effect: EffectSpec, added: tuple[str, ...], channel: Channel, peak_v:
         return ("cubic_stiffness",)
     if channel is Channel.PRESSURE and _one_way(effect) and "asymmetric_gain" not in added:
         return ("asymmetric_gain",)
+    if channel is Channel.PRESSURE and _eases(effect, peak_v) and "overflow" not in added:
+        return ("overflow",)
     if channel is Channel.POSITION and effect.name == "overflow" and effect.at is Attachment.OUTPUT:
         return ("saturation",)
     if _joints(effect):
@@ -82,6 +86,15 @@ def _one_way(effect: EffectSpec) -> bool:
         return False
     lag = entry.complete(effect.parameters)
     return any(abs(lag[way]) > _UNLIKE for way in _WAYS)
+
+
+def _eases(effect: EffectSpec, peak_v: float) -> bool:
+    """Whether a gain is less from a voltage on that is well above 0 V."""
+    entry = registry()["asymmetric_gain"]
+    if effect.name != entry.name:
+        return False
+    gain = entry.complete(effect.parameters)
+    return gain["asymmetry"] < 0.0 and gain["centre_v"] > _ABOVE * peak_v
 
 
 def _joints(effect: EffectSpec) -> bool:
