@@ -17,7 +17,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
-from dt_station_nodes.discovery.parsimony import as_near, at_usual, simplified, told_exactly
+from dt_station_nodes.discovery.parsimony import _rested, as_near, at_usual, simplified, told_exactly
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation
 from dt_station_nodes.discovery.settings import DiscoverySettings
@@ -56,6 +56,22 @@ def test_refinements_that_the_run_does_not_hold_go(name: str, start: dict[str, f
     assert parameters[gone] == 0.0
     assert parameters[kept] != 0.0
     assert measure.score(simple) < measure.score(full)
+
+
+def test_numbers_that_do_nothing_go_and_what_was_fitted_stands() -> None:
+    """Bristles that never bend have nothing to damp: fitted anew without, the rest would end elsewhere."""
+    start = {"coulomb_v": 0.2, "damping_s": 0.02}
+    bench, full = refined(Case((("friction", "position", 1.0),), "sine", seed=2, seconds=24.0), "friction", start)
+    idle = {full.fit.hypothesis.terms[i].name for i in np.flatnonzero(full.fit.fitted.idle)}
+    assert "damping_s" in idle
+    rested = _rested(bench, full)
+    assert not idle & set(rested.freed["friction"])
+    assert rested.fit.path.effects[-1].parameters["damping_s"] == 0.0
+    assert rested.powers == full.powers
+    assert np.array_equal(rested.fit.residual, full.fit.residual)
+    assert np.allclose(rested.fit.hypothesis.start(), rested.fit.fitted.x)
+    assert rested.fit.fitted.jacobian.shape == (full.fit.fitted.jacobian.shape[0], rested.fit.freedoms)
+    assert not rested.fit.fitted.idle.any()
 
 
 def test_the_foremost_are_judged_exactly_in_the_order_they_came() -> None:
