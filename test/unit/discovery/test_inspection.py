@@ -1,5 +1,7 @@
 """A model of few poles is first taken as it is known, and as a rough fit of foreign data only where that fails."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -55,3 +57,27 @@ def test_what_the_known_model_explains_is_not_looked_at_again(monkeypatch: pytes
     finding, notes = inspection.examine_channel(run, None, VALVE, check, settings, None, ALONE)
     assert finding.verdict is Verdict.PARAMETERS_ONLY
     assert (looks, notes) == ([False], [])
+
+
+@pytest.mark.parametrize(("verdict", "asked"), [(Verdict.UNEXPLAINED, [False, True]), (Verdict.NAMED, [False])])
+def test_the_other_run_is_asked_in_the_place_of_one_with_bent_parameters_only_where_that_tells_nothing(
+    monkeypatch: pytest.MonkeyPatch, verdict: Verdict, asked: list[bool]
+) -> None:
+    bent: list[bool] = []
+    examined = SimpleNamespace(verdict=verdict, interrupted=False)
+
+    def nothing(*_: object, **also: bool) -> tuple[None, str]:
+        bent.append(also.get("bent", False))
+        return None, ""
+
+    monkeypatch.setattr(inspection, "found_only_there", nothing)
+    monkeypatch.setattr(inspection, "examine", lambda *_: examined)
+    for later in ("found_there", "found_adrift"):
+        monkeypatch.setattr(inspection, later, lambda finding, *_: (finding, ""))
+    monkeypatch.setattr(inspection, "polished", lambda finding, *_: finding)
+    monkeypatch.setattr(inspection, "refits_all", lambda _: False)
+    run = driven(PATH)
+    (check,) = check_run(run)
+    finding, notes = inspection.examine_channel(run, run, VALVE, check, DiscoverySettings(), None, ALONE)
+    assert finding is examined
+    assert (bent, notes) == (asked, [])

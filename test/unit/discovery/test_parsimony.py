@@ -14,6 +14,7 @@ from cases import Case, make
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PlantModel
 from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import parsimony
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
@@ -72,6 +73,21 @@ def test_numbers_that_do_nothing_go_and_what_was_fitted_stands() -> None:
     assert np.allclose(rested.fit.hypothesis.start(), rested.fit.fitted.x)
     assert rested.fit.fitted.jacobian.shape == (full.fit.fitted.jacobian.shape[0], rested.fit.freedoms)
     assert not rested.fit.fitted.idle.any()
+
+
+def test_a_lower_minimum_that_foretells_worse_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = Case((("friction", "position", 1.0),), "sine", seed=2, seconds=24.0)
+    bench, full = refined(case, "friction", {"coulomb_v": 0.2})
+    taken = []
+    for times in (0.5, 2.0):
+
+        def around(_: Bench, found: Explanation, times: float = times) -> Explanation:
+            return replace(found, powers=tuple(times * power for power in found.powers), held=True)
+
+        monkeypatch.setattr(parsimony, "_around", around)
+        (simple,) = simplified(bench, [full], take_measure(bench, [full]))
+        taken.append(simple.held)
+    assert taken == [True, False]
 
 
 def test_the_foremost_are_judged_exactly_in_the_order_they_came() -> None:

@@ -68,12 +68,16 @@ def sharp_loop(effect: EffectSpec) -> bool:
     return _plays(effect, _GIVE) and effect.parameters.get("spread", 0.0) < _SHARE
 
 
+def _numbers(effect: EffectSpec, name: str) -> dict[str, float] | None:
+    """All parameters of an effect of that name, else None."""
+    return registry()[name].complete(effect.parameters) if effect.name == name else None
+
+
 def _only_bends(effect: EffectSpec, peak_v: float) -> bool:
     """Whether a limit is none that the run meets: its curve bends softly all the way."""
-    entry = registry()["saturation"]
-    if effect.name != entry.name or effect.place is not Attachment.INPUT:
+    limit = _numbers(effect, "saturation")
+    if limit is None or effect.place is not Attachment.INPUT:
         return False
-    limit = entry.complete(effect.parameters)
     far = limit["upper_v"] - max(limit["centre_v"], 0.0) > _BEYOND * peak_v
     soft = limit["knee"] > _BENT or limit["straight"] < _SHARE
     return soft and (far or limit["passing"] > _GOES_ON)
@@ -81,20 +85,14 @@ def _only_bends(effect: EffectSpec, peak_v: float) -> bool:
 
 def _one_way(effect: EffectSpec) -> bool:
     """Whether a lag is that of one direction more than of the other."""
-    entry = registry()["extra_lag"]
-    if effect.name != entry.name:
-        return False
-    lag = entry.complete(effect.parameters)
-    return any(abs(lag[way]) > _UNLIKE for way in _WAYS)
+    lag = _numbers(effect, "extra_lag")
+    return lag is not None and any(abs(lag[way]) > _UNLIKE for way in _WAYS)
 
 
 def _eases(effect: EffectSpec, peak_v: float) -> bool:
     """Whether a gain is less from a voltage on that is well above 0 V."""
-    entry = registry()["asymmetric_gain"]
-    if effect.name != entry.name:
-        return False
-    gain = entry.complete(effect.parameters)
-    return gain["asymmetry"] < 0.0 and gain["centre_v"] > _ABOVE * peak_v
+    gain = _numbers(effect, "asymmetric_gain")
+    return gain is not None and gain["asymmetry"] < 0.0 and gain["centre_v"] > _ABOVE * peak_v
 
 
 def _joints(effect: EffectSpec) -> bool:
@@ -103,10 +101,9 @@ def _joints(effect: EffectSpec) -> bool:
 
 
 def _plays(effect: EffectSpec, beside: float) -> bool:
-    entry = registry()["hysteresis"]
-    if effect.name != entry.name:
+    loop = _numbers(effect, "hysteresis")
+    if loop is None:
         return False
-    loop = entry.complete(effect.parameters)
     whole = abs(loop["steepness"] - 1.0) < _WHOLE and -beside <= loop["depth"] - 1.0 < _WHOLE
     cornered = loop["bouc_wen"] < _SHARE or loop["sharpness"] > _CORNERED
     return whole and cornered and all(loop[name] < _SHARE for name in _SMOOTH)

@@ -10,7 +10,7 @@ import pytest
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec, PlantModel, single
 from dt_station_nodes.core.models.effects import Attachment, registry
-from dt_station_nodes.core.models.spec import Outlet
+from dt_station_nodes.core.models.spec import DisturbanceSpec, Outlet
 
 PAPER = ModelSpec.from_yaml((Path(__file__).parents[4] / "config" / "models" / "paper.yaml").read_text())
 SAMPLE_S = 0.02
@@ -116,6 +116,36 @@ CHANGES = {
     "denominator": (1.0, 9.0, 25.0),
     "effects": (EffectSpec(name="leakage", parameters={"coefficient": 0.2}),),
 }
+
+
+AWAY_CHANGES = {
+    "gain": 2.0,
+    "time_scale": 1.3,
+    "input_scale": 2e-6,
+    "numerator": (0.02,),
+    "denominator": (1.0, 9.0, 0.0),
+}
+
+
+def test_all_that_tells_one_path_from_another_is_looked_at_below():
+    assert set(PathSpec.model_fields) == {*CHANGES, "disturbance"}
+    assert set(DisturbanceSpec.model_fields) == set(AWAY_CHANGES)
+
+
+@pytest.mark.parametrize("name", AWAY_CHANGES)
+@pytest.mark.parametrize("inside", [False, True])
+def test_a_load_that_acts_otherwise_is_simulated(name, inside):
+    servo, pressure = drive()
+    path = PAPER.paths[Channel.POSITION]
+    if inside:
+        # What acts behind the voltage is simulated with the load.
+        path = path.model_copy(update={"effects": (EffectSpec(name="friction", parameters={"coulomb_v": 0.1}),)})
+    away = path.disturbance.model_copy(update={name: AWAY_CHANGES[name]})
+    other = path.model_copy(update={"disturbance": away})
+    alone, fresh = (PathSimulator(Channel.POSITION, SAMPLE_S, servo, pressure, 1e6, 0.0) for _ in range(2))
+    given, changed = alone.simulate(path), alone.simulate(other)
+    assert np.ptp(changed - given) > 1e-5
+    assert np.array_equal(changed, fresh.simulate(other))
 
 
 @pytest.mark.parametrize("name", CHANGES)

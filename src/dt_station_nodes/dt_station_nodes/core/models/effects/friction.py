@@ -87,7 +87,7 @@ EFFECT = Effect(
         Parameter(
             "static_excess_v",
             Quantity.INPUT,
-            "static friction above Coulomb friction",
+            "static friction above Coulomb friction; of a spool on bristles too, where they grip (its own form)",
             0.0,
             1.0,
             (0.0, 0.05),
@@ -208,6 +208,7 @@ EFFECT = Effect(
             optional=True,
             channels=_SPOOL,
         ),
+        # With none a spool's grip says nothing, and no fit leaves there.
         Parameter(
             "spool_stribeck_velocity",
             Quantity.VELOCITY,
@@ -233,6 +234,7 @@ EFFECT = Effect(
     check="Move slowly both ways and read the voltage needed at constant speed; look at seals, guides and dither.",
     source="Armstrong-Helouvry et al., Automatica 30 (1994) 1083; stick by implicit Euler; Dahl bristle (1968), "
     "damped: Canudas de Wit et al., IEEE Trans. Autom. Control 40 (1995) 419; "
+    "elastic at first: Dupont et al., IEEE Trans. Autom. Control 47 (2002) 787; "
     "He et al., Ind. Eng. Chem. Res. 46 (2007) 8741 and Kano et al., ADCHEM (2003): valve stiction",
     state_size=4,
     sub_stepped=True,
