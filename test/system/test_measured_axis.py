@@ -43,8 +43,7 @@ def test_emps_free_run_of_the_pulses(emps):
 
 def test_emps_lacks_friction_whether_another_run_says_so_or_not(emps):
     run, _, _ = emps
-    # Its pairs say so; triples of the same cost most of the time.
-    result = discover(run, model("emps"), settings=DiscoverySettings(max_effects=2))
+    result = discover(run, model("emps"))
     assert names(result, Channel.POSITION) == {"friction"}
     coulomb = parameters(result, "friction")["coulomb_v"].value * FORCE_N_PER_V
     assert coulomb == pytest.approx(COULOMB_N, rel=0.02)
