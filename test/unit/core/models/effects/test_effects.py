@@ -260,6 +260,12 @@ def test_a_spool_on_bristles_is_held_more_the_slower_it_goes():
             assert behind == pytest.approx(level + (excess if speed < pace else 0.0), abs=0.01 + speed * TS / 4.0)
 
 
+def test_a_spool_that_jumps_is_held_as_little_as_one_at_that_speed_and_stays_so():
+    level, spool = 0.2, {"coulomb_v": 0.2, "presliding": 0.01, "static_excess_v": 0.15, "spool_stribeck_velocity": 1.0}
+    behind = 2.0 - answer("friction", spool, voltage=np.where(TIME < 1.0, 0.0, 2.0), channel=Channel.PRESSURE)
+    np.testing.assert_allclose(behind[TIME[:-1] >= 1.0 + 2.0 * TS], level, atol=1e-6)
+
+
 def test_damped_bristles_hold_as_the_lugre_equations_say():
     level, bend, damping, gain, lag = 0.3, 2e-3, 0.04, 0.01 * 206.4 / 23.34, 1.0 / 23.34
     volts = 0.8 * np.sin(2.0 * math.pi * 0.8 * TIME) + 0.1
