@@ -15,7 +15,7 @@ from dt_station_nodes.core.models import PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, library, plain_starts
-from dt_station_nodes.discovery.further_forms import AT_REST, BELL, FURTHER
+from dt_station_nodes.discovery.further_forms import AT_REST, BELL, FURTHER, SHAKEN
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.terms import nominal_terms
@@ -98,6 +98,21 @@ def test_amplifiers_that_share_a_ground_are_found_where_a_voltage_added_explains
     numbers = product.path.effect("cross_coupling").parameters
     # The gain is that of no load voltage.
     assert numbers["gain_per_v"] == pytest.approx(0.06 / (1.0 - 2.0 * 0.06), rel=0.03)
+
+
+def test_a_mode_that_only_changes_shake_is_found_with_its_numbers() -> None:
+    servo, passed, kept, swing, rate, w = 1.5 * np.sign(np.sin(2.3 * SAMPLED)), [], 0.0, 0.0, 0.0, 2.0 * np.pi * 3.0
+    for voltage in servo:
+        kept += FINE_S * (voltage - kept) / 0.15
+        rate += FINE_S * (w * w * (voltage - kept - swing) - 2.0 * 0.1 * w * rate)
+        swing += FINE_S * rate
+        passed.append(voltage + 0.3 * swing)
+    problem = moved(servo, np.zeros_like(servo), np.array(passed))
+    shaken, plain = (fitted(problem, Candidate("resonance", also=a), PISTON) for a in (SHAKEN, ()))
+    assert shaken.rss < min(0.1 * plain.rss, 1.3 * len(problem.measured))
+    numbers = shaken.path.effect("resonance").parameters
+    assert (numbers["frequency_hz"], numbers["share"]) == pytest.approx((3.0, 0.3), rel=0.03)
+    assert (numbers["washout_s"], numbers["damping"]) == pytest.approx((0.15, 0.1), rel=0.15)
 
 
 def test_every_further_form_is_a_candidate_of_its_own() -> None:

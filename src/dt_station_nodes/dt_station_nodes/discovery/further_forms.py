@@ -11,6 +11,8 @@ BELL = ("spread", "depth", "open_at_v", "bend_per_v", "steepness")
 BRISTLES = ("presliding",)
 # Bristles that hold more at rest: what they do at a run's own speed alone, a wider or narrower loop does.
 GRIPPING_BRISTLES = ("presliding", "static_excess_v", "spool_stribeck_velocity", "elastic")
+# A mode that only changes shake: from one that carries its share of the voltage no fit leads to it.
+SHAKEN = ("share", "washout_s")
 # A piston that does not creep at the rest pressure, as a valve set there sees to: nothing leads there from one that
 # does beside another effect.
 AT_REST = ("base",)
@@ -31,6 +33,8 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("extra_lag", Channel.POSITION, ("saturation",)),
     # What acts as a gain leaves nothing of a voltage that is merely added.
     ("cross_coupling", Channel.POSITION, ("gain_per_v",)),
+    ("resonance", Channel.PRESSURE, SHAKEN),
+    ("resonance", Channel.POSITION, SHAKEN),
     ("hysteresis", Channel.PRESSURE, BELL),
     ("hysteresis", Channel.POSITION, BELL),
 )
@@ -42,6 +46,7 @@ _BRISTLED = {
     "spool_stribeck_velocity": (0.1, 0.5, 2.0),
     "elastic": (0.0, 0.5),
 }
+_SHAKEN = {"share": (0.1, 0.5), "washout_s": (0.03, 0.2)}
 _SPREADS = (0.0, 1.0)
 _WIDTHS = (0.03, 0.07, 0.15, 0.3)  # times the voltage's largest way from its mean,
 _BENDS = (0.5, 1.0, 2.0, 4.0)  # the inverse of it
@@ -53,6 +58,8 @@ def further_starts(problem: Problem, also: tuple[str, ...], parameter: Parameter
     """Where a number of a further form begins, of a parameter with the run's `unit`; None: where it usually does."""
     if also == BELL:
         return _bell_starts(problem).get(parameter.name)
+    if also == SHAKEN and parameter.name in _SHAKEN:
+        return [share * unit for share in _SHAKEN[parameter.name]]
     bristled = also in (BRISTLES, GRIPPING_BRISTLES) and parameter.name in _BRISTLED
     return [share * unit for share in _BRISTLED[parameter.name]] if bristled else None
 

@@ -235,6 +235,20 @@ def test_a_mass_that_rides_on_the_path_shows_in_jumps_and_not_at_rest() -> None:
     assert out[-1] == pytest.approx(1.0, abs=1e-6)
 
 
+def test_a_mode_that_only_changes_shake_answers_as_behind_a_washout() -> None:
+    time_s = np.arange(4000) * STEP_S
+    given = np.where(time_s < 0.5, 0.0, 1.0) + 0.3 * np.sin(2.0 * np.pi * 1.7 * time_s)
+    w, damping, share, washout_s = 2.0 * np.pi * 2.5, 0.08, 0.4, 0.15
+    mode = np.polymul([washout_s, 1.0], [1.0 / w**2, 2.0 * damping / w, 1.0])
+    exact = given + lsim(([share * washout_s, 0.0], mode), given, time_s, interp=False)[1]
+    numbers = {"frequency_hz": 2.5, "damping": damping, "share": share, "washout_s": washout_s}
+    out = static(given, having(STATIC, "resonance", **numbers))
+    # What comes a sample later is the mean within the sample.
+    assert np.abs(out[1:] - 0.5 * (exact[1:] + exact[:-1] + given[:-1] - given[1:])).max() < 2e-3
+    carried = static(given, having(STATIC, "resonance", **{**numbers, "washout_s": 0.0}))
+    assert np.abs(carried - out).max() > 0.1
+
+
 def test_a_loop_closes_where_iron_saturates() -> None:
     wave = 3.0 * np.sin(2.0 * np.pi * 0.25 * np.arange(1600) * STEP_S)
     open_loop, closing = (

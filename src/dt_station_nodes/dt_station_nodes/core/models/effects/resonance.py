@@ -27,7 +27,13 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     frequency, damping, share, beside, beside_rate = p[0], p[1], p[2], p[4], p[5]
     w = 2.0 * math.pi * frequency
     given, unit = value, 1.0
-    if beside != 0.0 or beside_rate != 0.0:
+    if p[8] > 0.0:
+        if s[2] == 0.0:
+            s[7] = value
+        slow = s[7]
+        s[7] += (value - slow) * (1.0 - math.exp(-c[SUBSTEP] / p[8]))
+        given = value - 0.5 * (slow + s[7])
+    elif beside != 0.0 or beside_rate != 0.0:
         given = c[RAW_INPUT]
         unit = c[STATIC_GAIN] if c[STATIC_GAIN] != 0.0 else c[SPEED_GAIN] / w
     if s[2] == 0.0:
@@ -44,9 +50,11 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     rate = s[1]
     s[0] = given + s[3] * offset + s[4] * rate
     s[1] = s[5] * offset + s[6] * rate
+    mean_rate = 0.5 * (rate + s[1]) / w
+    if p[8] > 0.0:
+        return value + share * 0.5 * (before + s[0]) + p[3] * mean_rate
     if beside != 0.0 or beside_rate != 0.0:
         return value + unit * (beside * s[0] + beside_rate * s[1] / w)
-    mean_rate = 0.5 * (rate + s[1]) / w
     return value + share * (0.5 * (before + s[0]) - value) + p[3] * mean_rate
 
 
@@ -118,11 +126,21 @@ EFFECT = Effect(
             (0.3, -0.1),
             optional=True,
         ),
+        Parameter(
+            "washout_s",
+            Quantity.TIME,
+            "time over which a mode that only changes shake forgets the voltage, its share on top of all of that",
+            0.0,
+            2.0,
+            (),
+            optional=True,
+            at=Attachment.INPUT,
+        ),
     ),
     step=_step,
     check="Tap or step the rig and listen for ringing; look at hose length, trapped air and frame stiffness.",
     source="second-order mode; hydraulic natural frequency as Merritt (1967), 6.2; stiffening as Duffing (1918)",
-    state_size=7,
+    state_size=8,
     sub_stepped=True,
     also=on_both(Attachment.OUTPUT),
     apart_at=Attachment.OUTPUT,
