@@ -45,27 +45,10 @@ from .compiled import (
     halfway,
     integers,
 )
+from .small import advance, dot
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-
-@njit(cache=True, _nrt=False, forceinline=True)
-def _dot(a: Doubles, x: Doubles, n: int) -> float:
-    total = 0.0
-    for i in range(n):
-        total += a[i] * x[i]
-    return total
-
-
-@njit(cache=True, _nrt=False, forceinline=True)
-def _advance(a: Doubles, b: Doubles, u: float, x: Doubles, n: int, after: Doubles) -> None:
-    """Put a x + b u into `after`; a is (n, n) by rows."""
-    for i in range(n):
-        total = b[i] * u
-        for j in range(n):
-            total += a[i * n + j] * x[j]
-        after[i] = total
 
 
 @njit(cache=True, _nrt=False, forceinline=True)
@@ -98,15 +81,15 @@ def _inside(
     away_c = doubles(numbers_at + 8 * places[at.AWAY_C])
     away_velocity = doubles(numbers_at + 8 * places[at.AWAY_VELOCITY])
     context[STAGE] = 1.0
-    context[OUTPUT] = _dot(c, x, n) + _dot(away_c, xd, m)
-    context[VELOCITY] = _dot(velocity, x, n)
-    context[LOAD_VELOCITY] = numbers[at.AWAY_DIRECT_VELOCITY] * load + _dot(away_velocity, xd_next, m)
+    context[OUTPUT] = dot(c, x, n) + dot(away_c, xd, m)
+    context[VELOCITY] = dot(velocity, x, n)
+    context[LOAD_VELOCITY] = numbers[at.AWAY_DIRECT_VELOCITY] * load + dot(away_velocity, xd_next, m)
     b = doubles(numbers_at + 8 * places[at.B])
     e = doubles(numbers_at + 8 * places[at.E])
-    _advance(doubles(numbers_at + 8 * places[at.A]), b, 0.0, x, n, x_next)
-    context[LOAD_OUTPUT] = numbers[at.AWAY_DIRECT] * load + _dot(away_c, xd_next, m)
-    drift = _dot(c, x_next, n) + context[LOAD_OUTPUT]
-    drift_velocity = _dot(velocity, x_next, n) + context[LOAD_VELOCITY]
+    advance(doubles(numbers_at + 8 * places[at.A]), b, 0.0, x, n, x_next)
+    context[LOAD_OUTPUT] = numbers[at.AWAY_DIRECT] * load + dot(away_c, xd_next, m)
+    drift = dot(c, x_next, n) + context[LOAD_OUTPUT]
+    drift_velocity = dot(velocity, x_next, n) + context[LOAD_VELOCITY]
     for k in range(places[at.INPUT_END], places[at.STATE_END]):
         flow = context[INJECTION]
         context[FREE_OUTPUT] = drift + numbers[at.GAIN_OUTPUT] * u + numbers[at.GAIN_INJECTION] * flow
@@ -143,21 +126,21 @@ def _substep(
         context[RAW_INPUT] = voltage
         context[LOAD] = load
         if context[OWN_LOAD] > 0.0 and numbers[at.DIRECT_VELOCITY] == 0.0:
-            context[LOAD] += 0.5 * context[SUBSTEP] * _dot(doubles(numbers_at + 8 * places[at.VELOCITY]), x, n)
+            context[LOAD] += 0.5 * context[SUBSTEP] * dot(doubles(numbers_at + 8 * places[at.VELOCITY]), x, n)
         context[INJECTION] = 0.0
         context[STAGE] = 0.0
         for k in range(places[at.INPUT_END]):
             u = _effect(numbers_at, places, k, state_at, u, context_at)
     if m > 0:
         away_a, away_b = doubles(numbers_at + 8 * places[at.AWAY_A]), doubles(numbers_at + 8 * places[at.AWAY_B])
-        _advance(away_a, away_b, load, xd, m, xd_next)
+        advance(away_a, away_b, load, xd, m, xd_next)
     if places[at.STATE_END] > places[at.INPUT_END]:
         u = _inside(numbers_at, places, state_at, u, load, context_at, now_at, then_at)
     else:
-        _advance(doubles(numbers_at + 8 * places[at.A]), doubles(numbers_at + 8 * places[at.B]), u, x, n, x_next)
-    y = _dot(doubles(numbers_at + 8 * places[at.C]), x_next, n) + numbers[at.DIRECT] * u
+        advance(doubles(numbers_at + 8 * places[at.A]), doubles(numbers_at + 8 * places[at.B]), u, x, n, x_next)
+    y = dot(doubles(numbers_at + 8 * places[at.C]), x_next, n) + numbers[at.DIRECT] * u
     if m > 0:
-        y += numbers[at.AWAY_DIRECT] * load + _dot(doubles(numbers_at + 8 * places[at.AWAY_C]), xd_next, m)
+        y += numbers[at.AWAY_DIRECT] * load + dot(doubles(numbers_at + 8 * places[at.AWAY_C]), xd_next, m)
     if places[at.EFFECTS] > places[at.STATE_END]:
         context[STAGE] = 2.0
         for k in range(places[at.STATE_END], places[at.EFFECTS]):
