@@ -46,7 +46,11 @@ _BRISTLED = {
     "spool_stribeck_velocity": (0.1, 0.5, 2.0),
     "elastic": (0.0, 0.5),
 }
-_SHAKEN = {"share": (0.1, 0.5), "washout_s": (0.03, 0.2)}
+_STARTS: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {
+    BRISTLES: _BRISTLED,
+    GRIPPING_BRISTLES: _BRISTLED,
+    SHAKEN: {"share": (0.1, 0.5), "washout_s": (0.03, 0.2)},
+}
 _SPREADS = (0.0, 1.0)
 _WIDTHS = (0.03, 0.07, 0.15, 0.3)  # times the voltage's largest way from its mean,
 _BENDS = (0.5, 1.0, 2.0, 4.0)  # the inverse of it
@@ -58,10 +62,8 @@ def further_starts(problem: Problem, also: tuple[str, ...], parameter: Parameter
     """Where a number of a further form begins, of a parameter with the run's `unit`; None: where it usually does."""
     if also == BELL:
         return _bell_starts(problem).get(parameter.name)
-    if also == SHAKEN and parameter.name in _SHAKEN:
-        return [share * unit for share in _SHAKEN[parameter.name]]
-    bristled = also in (BRISTLES, GRIPPING_BRISTLES) and parameter.name in _BRISTLED
-    return [share * unit for share in _BRISTLED[parameter.name]] if bristled else None
+    shares = _STARTS.get(also, {}).get(parameter.name)
+    return None if shares is None else [share * unit for share in shares]
 
 
 def _bell_starts(problem: Problem) -> dict[str, list[float]]:

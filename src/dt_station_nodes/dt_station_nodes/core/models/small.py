@@ -10,7 +10,7 @@ from .compiled import Doubles
 
 @njit(cache=True, _nrt=False, forceinline=True)
 def dot(a: Doubles, x: Doubles, n: int) -> float:
-    """A x, both of n numbers."""
+    """Sum of the products of n numbers of either."""
     total = 0.0
     if n == 2:
         return total + a[0] * x[0] + a[1] * x[1]

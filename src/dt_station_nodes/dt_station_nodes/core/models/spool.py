@@ -63,13 +63,6 @@ def _bristled(s: Doubles, value: float, level: float, slope: float, elastic: flo
 
 
 @njit(cache=True)
-def _grip(excess: float, velocity: float, stribeck: float) -> float:
-    """What a contact holds more than above its Stribeck velocity."""
-    ratio = velocity / stribeck
-    return excess * math.exp(-ratio * ratio)
-
-
-@njit(cache=True)
 def spool_at(p: Doubles, s: Doubles, value: float, h: float, per_unit: float) -> float:
     """Where a spool is that sticks until the voltage is a level off, then slips a share of that.
 
@@ -85,13 +78,15 @@ def spool_at(p: Doubles, s: Doubles, value: float, h: float, per_unit: float) ->
     if bristles > 0.0 and level > 0.0:
         slope, damped = level / bristles, slide / h
         if p[1] > 0.0 and stribeck > 0.0:
-            # How fast the voltage drives it, held as it was before: a jump is at its speed from its beginning, and
-            # what it goes on by as the grip falls adds nothing.
+            # How fast the voltage drives it, held as it is: a jump is at its speed from its beginning, and what it goes
+            # on by as the grip falls adds nothing.
             before, held = s[0], s[2]
-            driven = _bristled(s, value, level + _grip(p[1], s[3], stribeck), slope, p[14], damped) - before
+            as_it_is = max(level, math.copysign(held, held * (value - before - held)))
+            driven = _bristled(s, value, as_it_is, slope, p[14], damped) - before
             s[0], s[2] = before, held
             s[3] += (driven / h - s[3]) * (1.0 - math.exp(-h / _SPEED_S))
-            level += _grip(p[1], s[3], stribeck)
+            ratio = s[3] / stribeck
+            level += p[1] * math.exp(-ratio * ratio)
         return _bristled(s, value, level, slope, p[14], damped)
     if creep > 0.0:
         s[0] += h * slipping((value - s[0]) / h, level / h, creep)

@@ -24,14 +24,14 @@ def _matrix(s: Doubles, w: float, damping: float, h: float) -> None:
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    frequency, damping, share, beside, beside_rate = p[0], p[1], p[2], p[4], p[5]
+    frequency, damping, share, beside, beside_rate, washout_s = p[0], p[1], p[2], p[4], p[5], p[8]
     w = 2.0 * math.pi * frequency
     given, unit = value, 1.0
-    if p[8] > 0.0:
+    if washout_s > 0.0:
         if s[2] == 0.0:
             s[7] = value
         slow = s[7]
-        s[7] += (value - slow) * (1.0 - math.exp(-c[SUBSTEP] / p[8]))
+        s[7] += (value - slow) * (1.0 - math.exp(-c[SUBSTEP] / washout_s))
         given = value - 0.5 * (slow + s[7])
     elif beside != 0.0 or beside_rate != 0.0:
         given = c[RAW_INPUT]
@@ -51,7 +51,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     s[0] = given + s[3] * offset + s[4] * rate
     s[1] = s[5] * offset + s[6] * rate
     mean_rate = 0.5 * (rate + s[1]) / w
-    if p[8] > 0.0:
+    if washout_s > 0.0:
         return value + share * 0.5 * (before + s[0]) + p[3] * mean_rate
     if beside != 0.0 or beside_rate != 0.0:
         return value + unit * (beside * s[0] + beside_rate * s[1] / w)
