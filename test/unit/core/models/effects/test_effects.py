@@ -260,9 +260,21 @@ def test_a_spool_on_bristles_is_held_more_the_slower_it_goes():
             assert behind == pytest.approx(level + (excess if speed < pace else 0.0), abs=0.01 + speed * TS / 4.0)
 
 
-def test_a_spool_that_jumps_is_held_as_little_as_one_at_that_speed_and_stays_so():
+def test_a_spool_driven_steadily_is_held_steadily_and_less_the_quicker():
+    level, excess = 0.2, 0.15
+    spool = {"coulomb_v": level, "presliding": 0.01, "static_excess_v": excess, "spool_stribeck_velocity": 1.0}
+    before = level + excess
+    for speed in (0.2, 0.5, 0.7, 1.0, 2.0):
+        behind = speed * TIME[:-1] - answer("friction", spool, voltage=speed * TIME, channel=Channel.PRESSURE)
+        assert np.ptp(behind[-100:]) < 1e-6
+        assert level < behind[-1] < before
+        before = behind[-1]
+
+
+@pytest.mark.parametrize("volts", [0.9, 1.3, 1.7, 2.0])
+def test_a_spool_that_jumps_is_held_as_little_as_one_at_that_speed_and_stays_so(volts):
     level, spool = 0.2, {"coulomb_v": 0.2, "presliding": 0.01, "static_excess_v": 0.15, "spool_stribeck_velocity": 1.0}
-    behind = 2.0 - answer("friction", spool, voltage=np.where(TIME < 1.0, 0.0, 2.0), channel=Channel.PRESSURE)
+    behind = volts - answer("friction", spool, voltage=np.where(TIME < 1.0, 0.0, volts), channel=Channel.PRESSURE)
     np.testing.assert_allclose(behind[TIME[:-1] >= 1.0 + 2.0 * TS], level, atol=1e-6)
 
 
