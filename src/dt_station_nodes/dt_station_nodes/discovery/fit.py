@@ -13,6 +13,8 @@ Residual = Callable[[Array], Array]
 _NOTHING = 1e-12
 # Iterations that a descent has before its pace is judged.
 _WARM_UP = 3
+# A cost below this part of what it was where slopes were taken is of another place.
+_MOVED = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,10 +59,18 @@ def _finite(values: Array) -> Array:
     return np.nan_to_num(values, nan=1e8, posinf=1e8, neginf=-1e8)
 
 
-def finite_differences(fun: Residual, x: Array, r: Array, steps: Array, lower: Array, upper: Array) -> Array:
-    """Jacobian (m, p) of `fun` at x, where it is `r` (m,); steps turn back at the upper bound."""
+def finite_differences(
+    fun: Residual, x: Array, r: Array, steps: Array, lower: Array, upper: Array, first: Array | None = None
+) -> Array:
+    """Jacobian (m, p) of `fun` at x, where it is `r` (m,); steps turn back at the upper bound.
+
+    `first` (m, k), where given, are its first columns.
+    """
     columns = np.empty((len(r), len(x)))
-    for j in range(len(x)):
+    known = 0 if first is None else first.shape[1]
+    if first is not None:
+        columns[:, :known] = first
+    for j in range(known, len(x)):
         moved = x.copy()
         step = steps[j] if x[j] + steps[j] <= upper[j] else -steps[j]
         moved[j] = min(max(x[j] + step, lower[j]), upper[j])
@@ -79,13 +89,15 @@ def least_squares(
     tolerance: float = 1e-4,
     slopes: Array | None = None,
     rival: float = np.inf,
+    lasting: int = 0,
 ) -> Fitted:
     """Minimise |fun(x)|^2 within bounds from `start`; `steps` (p,) are the finite differences' lengths.
 
     Ends when an iteration lowers the cost by less than `tolerance` of it, or where going on at the better pace of the
     last two would not get below the cost of a `rival`. Parameters at a bound that the gradient pushes outwards are
-    held for the iteration. `slopes` (m, p), where given, is the Jacobian for all of them. Without iterations the start
-    stays, with the Jacobian there.
+    held for the iteration. `slopes` (m, p), where given, is the Jacobian for all of them; those of the first `lasting`
+    parameters are taken anew only where the cost has halved since. Without iterations the start stays, with the
+    Jacobian there.
     """
     x = np.clip(start, lower, upper)
     r = _finite(fun(x))
@@ -96,11 +108,13 @@ def least_squares(
     if iterations == 0 and slopes is None:
         jacobian = finite_differences(fun, x, r, steps, lower, upper)
         spent += len(x)
-    pace = 1.0
+    pace, since = 1.0, cost
     for iteration in range(1, iterations + 1):
         if slopes is None:
-            jacobian = finite_differences(fun, x, r, steps, lower, upper)
-            spent += len(x)
+            kept = lasting if iteration > 1 and cost > _MOVED * since else 0
+            since = since if kept else cost
+            jacobian = finite_differences(fun, x, r, steps, lower, upper, jacobian[:, :kept])
+            spent += len(x) - kept
         gradient = np.einsum("ij,i->j", jacobian, r)
         free = ~(((x <= lower) & (gradient > 0.0)) | ((x >= upper) & (gradient < 0.0)))
         if not free.any():

@@ -91,11 +91,13 @@ def fit_hypothesis(
     rival: float = np.inf,
     passed: int = 0,
     known: Costs | None = None,
+    lasting: int = 0,
 ) -> Fit:
     """The best of the `keep` most promising starts, each refined; `mask` (n,) weighs samples for held-out blocks.
 
     The best `passed` of more starts than these are passed over. What will not get below the best before it, or below
-    the cost of a `rival`, is given up. `known`: costs of starts of this hypothesis, which are added to.
+    the cost of a `rival`, is given up. `known`: costs of starts of this hypothesis, which are added to. `lasting`: how
+    many of its first numbers have slopes that are worth keeping for a while.
     """
     home = hypothesis.start()
     bounds = hypothesis.bounds
@@ -121,7 +123,7 @@ def fit_hypothesis(
         candidates = [candidates[i] for i in apart[passed : passed + keep] or apart[:1]]
     best: Fitted | None = None
     for x in candidates:
-        found = least_squares(residuals, x, bounds[:, 0], bounds[:, 1], steps, iterations, rival=rival)
+        found = least_squares(residuals, x, bounds[:, 0], bounds[:, 1], steps, iterations, rival=rival, lasting=lasting)
         rival = min(rival, found.cost)
         if best is None or found.cost < best.cost:
             best = found
@@ -140,10 +142,11 @@ def fit_groups(
     iterations: int,
     rival: float = np.inf,
     known: Costs | None = None,
+    lasting: int = 0,
 ) -> list[Fit]:
     """The best fit from groups of starts, and each other group's, best first; empty groups are passed over.
 
-    `known`: costs of starts, which are added to.
+    `known`: costs of starts, which are added to; `lasting`: numbers whose slopes are kept for a while.
     Those `anew` are begun only where the others leave more than noise, or bend the nominal parameters.
     """
     found: list[Fit] = []
@@ -151,7 +154,7 @@ def fit_groups(
         if not group.starts or (group in anew and found and found[0].full):
             continue
         fit = fit_hypothesis(
-            problem, hypothesis, group.starts, iterations, group.keep, None, rival, group.passed, known
+            problem, hypothesis, group.starts, iterations, group.keep, None, rival, group.passed, known, lasting
         )
         rival = min(rival, fit.fitted.cost)
         found = sorted([*found, fit], key=lambda one: one.fitted.cost)

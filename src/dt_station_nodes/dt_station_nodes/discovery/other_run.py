@@ -81,7 +81,9 @@ def found_there(
     # What is named must explain this run too, which shows no more than was found there, or little more.
     most = min(settings.max_effects, len(finding.best.added) + 1)
     there = examine(unseen, path, replace(settings, max_effects=most), progress, finding.problem, workers)
-    if there.verdict is not Verdict.NAMED or max(there.over_noise) > BETTER * max(finding.over_noise):
+    # Where this run by itself is not believed, the other has to explain them both.
+    least = BETTER * max(finding.over_noise) if finding.verdict is Verdict.NAMED else LIKE_NOISE
+    if there.verdict is not Verdict.NAMED or max(there.over_noise) > least:
         return finding, ""
     here = replace(there, given=finding.given, null=finding.null, sigma=finding.sigma)
     note = f"{finding.problem.channel.value}: the validation run shows more of what is missing{_BORNE_OUT}"
@@ -94,9 +96,10 @@ def _brought_here(there: Finding, problem: Problem) -> Finding:
 
 
 def _shows_more(finding: Finding) -> bool:
-    """Whether what was named explains this run far better than the other."""
+    """Whether what was named, or else leaves noise alone of this run, explains it far better than the other."""
     over = finding.over_noise
-    return finding.verdict is Verdict.NAMED and len(over) > 1 and over[1] > LIKE_NOISE * over[0]
+    explained = finding.verdict is Verdict.NAMED or (finding.best.added and over[0] < LIKE_NOISE)
+    return bool(explained) and len(over) > 1 and over[1] > LIKE_NOISE * over[0]
 
 
 def _seen_on(problem: Problem, explanation: Explanation) -> Explanation:

@@ -45,7 +45,10 @@ def _glance(bench: Bench, task: Task) -> Task:
     # From where the given parameters are, the way to below a base that they were bent for is longer.
     steps = _GLANCES[task.base.fit.penalty > FAR_OFF]
     known: Costs = {}
-    fit, *_ = fit_groups(bench.problem, like, *_spared(task, groups, [Group(near, 1)]), steps, known=known)
+    # Beside a further effect the numbers that the base has do about what they did without it.
+    lasting = sum(term.effect < len(like.path.effects) - 1 for term in like.terms) if task.base.added else 0
+    groups, anew = _spared(task, groups, [Group(near, 1)])
+    fit, *_ = fit_groups(bench.problem, like, groups, anew, steps, known=known, lasting=lasting)
     seen = bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True)
     return replace(task, seen=seen, known=known)
 

@@ -8,6 +8,7 @@ from ..core.channels import Channel
 from .channel import Finding
 from .result import Gap, NamedEffect, Verdict
 from .selection import Explanation
+from .sense import sensible
 from .strangers import SAME
 
 # What is left of the confidence in a name that better sets do without, that what has no name explains as well, or that
@@ -41,13 +42,17 @@ def confidence(finding: Finding, alternatives: Sequence[str]) -> float:
 
 
 def better_without(finding: Finding) -> list[Explanation]:
-    """Larger nameable sets that do without a name found and yet score clearly better, best first."""
+    """Larger nameable sets that do without a name found and yet score clearly better, best first.
+
+    A set whose numbers are not what its names say is no explanation, however it bends to the runs.
+    """
     ranked = zip(finding.ranking, finding.scores, strict=True)
-    return [
+    without = [
         e
         for e, behind in ranked
         if behind < -SAME and e.inside and e.added and not set(finding.best.added) <= set(e.added)
     ]
+    return [e for e in without if sensible(e, finding.problem)]
 
 
 def why(finding: Finding, name: str) -> str:
