@@ -9,14 +9,15 @@ import pytest
 from scipy import signal
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec, PathSimulator, PlantModel
+from dt_station_nodes.core.models import ModelSpec, PathSimulator, PathSpec, PlantModel
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoveryResult, DiscoverySettings, Verdict, channel, discover, inspection
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.channel import Finding, crowded
+from dt_station_nodes.discovery.choice import BENT
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
-from dt_station_nodes.discovery.selection import Bench, fit_null
+from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
 PAPER = ModelSpec.from_yaml(
@@ -98,22 +99,56 @@ def test_a_linear_path_that_fits_to_a_hundredth_lacks_nothing_with_a_name(monkey
     assert (result.verdict, looks) == (Verdict.PARAMETERS_ONLY, [True])
 
 
+def bench_for(path: PathSpec) -> Bench:
+    """What a run of a path is examined with where the plain axis is known."""
+    voltage = 1.5 * np.sin(2.0 * np.pi * 0.4 * TIME_S)
+    position = PathSimulator(Channel.POSITION, STEP_S, voltage, np.zeros(0), 0.0, 0.0).simulate(path)
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(voltage.size)
+    run = Run(STEP_S, {"servo_voltage_v": voltage, "position_m": position + noise})
+    problem = make_problem(run, AXIS, Channel.POSITION, DiscoverySettings())
+    return Bench(problem, nominal_terms(path, problem.signal))
+
+
+def fitted(bench: Bench, path: PathSpec) -> Explanation:
+    """The effects of a path fitted in their plain forms."""
+    names = tuple(effect.name for effect in path.effects)
+    freed = {name: Candidate(name).required for name in names}
+    fit = fit_hypothesis(bench.problem, hypothesis(bench.problem, path, bench.nominal, freed), iterations=20)
+    return bench.judged(bench.explained(fit, names, freed))
+
+
 @pytest.mark.parametrize(("others", "verdict"), [(5, Verdict.NAMED), (6, Verdict.UNEXPLAINED)])
 def test_a_name_in_whose_place_six_others_could_stand_is_none(
     monkeypatch: pytest.MonkeyPatch, others: int, verdict: Verdict
 ) -> None:
-    path, voltage = AXIS.paths[Channel.POSITION], 1.5 * np.sin(2.0 * np.pi * 0.4 * TIME_S)
+    path = AXIS.paths[Channel.POSITION]
     lapped = add_effect(path, Candidate("dead_zone"), {"half_width_v": 0.3})
-    position = PathSimulator(Channel.POSITION, STEP_S, voltage, np.zeros(0), 0.0, 0.0).simulate(lapped)
-    noise = 1e-4 * np.random.default_rng(3).standard_normal(voltage.size)
-    run = Run(STEP_S, {"servo_voltage_v": voltage, "position_m": position + noise})
-    problem = make_problem(run, AXIS, Channel.POSITION, DiscoverySettings())
-    bench = Bench(problem, nominal_terms(path, problem.signal))
-    freed = {"dead_zone": Candidate("dead_zone").required}
-    fit = fit_hypothesis(problem, hypothesis(problem, lapped, bench.nominal, freed))
-    null, one = fit_null(bench, path), bench.judged(bench.explained(fit, ("dead_zone",), freed))
+    bench = bench_for(lapped)
+    null, one = fit_null(bench, path), fitted(bench, lapped)
     monkeypatch.setattr(channel, "alternatives", lambda *_: (tuple(f"name {k}" for k in range(others)),))
-    assert channel._decide(bench, problem.residual(path), null, [null, one], False).verdict is verdict
+    given = bench.problem.residual(path)
+    assert channel._decide(bench, given, null, [null, one], False).verdict is verdict
+
+
+@pytest.mark.parametrize(
+    ("second", "numbers", "kept"),
+    [("extra_lag", {"time_constant_s": 0.06}, True), ("bias", {"bias_v": 0.004}, False)],
+)
+def test_fewer_effects_that_need_parameters_far_off_do_not_stand_for_more(
+    monkeypatch: pytest.MonkeyPatch, second: str, numbers: dict[str, float], kept: bool
+) -> None:
+    """Three names could stand in the place of the second of two effects; one alone bends a time constant, or none."""
+    path = AXIS.paths[Channel.POSITION]
+    lapped = add_effect(path, Candidate("dead_zone"), {"half_width_v": 0.3})
+    whole = add_effect(lapped, Candidate(second), numbers)
+    bench = bench_for(whole)
+    null, one, two = fit_null(bench, path), fitted(bench, lapped), fitted(bench, whole)
+    assert (one.fit.penalty - two.fit.penalty > BENT) is kept
+    monkeypatch.setattr(channel, "alternatives", lambda best, _: ((),) * (len(best.added) - 1) + (("a", "b", "c"),))
+    monkeypatch.setattr(channel, "with_namesakes", lambda _, instead, *__: instead)
+    finding = channel._decide(bench, bench.problem.residual(path), null, [null, one, two], False)
+    assert finding.verdict is Verdict.NAMED
+    assert finding.best.added == (two.added if kept else one.added)
 
 
 @pytest.mark.parametrize(

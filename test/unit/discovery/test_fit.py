@@ -42,3 +42,23 @@ def test_without_iterations_a_point_stays_and_knows_its_slopes() -> None:
     assert stays.x == pytest.approx([-1.9, 2.0])
     assert stays.jacobian == pytest.approx(np.array([[38.0, 10.0], [-1.0, 0.0], [0.0, 0.0]]), abs=1e-3)
     assert not stays.idle.any()
+
+
+def near_a_line(x: Array) -> Array:
+    """One number that does the same wherever it is, and one that does not."""
+    return np.array([x[0] - 1.0 + 0.2 * np.tanh(x[1]), 0.5 * x[0] + x[1] ** 2 - 1.5, 0.2])
+
+
+def test_slopes_that_last_are_taken_once_and_lead_to_the_same_place() -> None:
+    start, steps = np.array([0.8, 0.9]), np.array([1e-6, 1e-6])
+    anew = least_squares(near_a_line, start, *BOUNDS, steps, 12, tolerance=1e-9)
+    kept = least_squares(near_a_line, start, *BOUNDS, steps, 12, tolerance=1e-9, lasting=1)
+    assert kept.x == pytest.approx(anew.x, abs=1e-4)
+    assert kept.evaluations < anew.evaluations
+
+
+def test_slopes_are_taken_anew_where_the_cost_has_halved() -> None:
+    """The slope at the beginning is six times that at the end: with it alone the way would be crept down."""
+    steps = np.array([1e-6])
+    found = least_squares(lambda x: x**3 - 8.0, np.array([5.0]), *np.array([[-5.0], [5.0]]), steps, 8, lasting=1)
+    assert found.x == pytest.approx([2.0], abs=1e-3)

@@ -39,6 +39,48 @@ def test_the_validation_run_is_asked_for_one_name_more_at_most(
 
 
 @pytest.mark.parametrize(
+    ("here", "there", "asked", "taken"),
+    [
+        ((1.2, 9.0), (1.0, 1.1), True, True),
+        ((1.2, 9.0), (1.0, 1.6), True, False),  # it would do where this run's name was believed
+        ((1.6, 9.0), (1.0, 1.1), False, False),
+        ((1.2, 1.3), (1.0, 1.1), False, False),
+    ],
+)
+def test_what_explains_this_run_alone_and_is_not_believed_is_held_against_the_other(
+    monkeypatch: pytest.MonkeyPatch,
+    here: tuple[float, float],
+    there: tuple[float, float],
+    asked: bool,
+    taken: bool,
+) -> None:
+    examined: list[Problem] = []
+    monkeypatch.setattr(other_run, "_brought_here", lambda found, _: found)
+    monkeypatch.setattr(other_run, "replace", lambda of, **changed: SimpleNamespace(**{**vars(of), **changed}))
+
+    def named(problem: Problem, *_: object) -> SimpleNamespace:
+        examined.append(problem)
+        return SimpleNamespace(verdict=Verdict.NAMED, over_noise=there)
+
+    monkeypatch.setattr(other_run, "examine", named)
+    problem, other = (cast("Problem", SimpleNamespace(channel=Channel.PRESSURE)) for _ in range(2))
+    stub = SimpleNamespace(
+        problem=problem,
+        best=SimpleNamespace(added=("backlash",)),
+        verdict=Verdict.UNEXPLAINED,
+        interrupted=False,
+        over_noise=here,
+        given=None,
+        null=None,
+        sigma=1.0,
+    )
+    settings = cast("DiscoverySettings", SimpleNamespace(max_effects=3))
+    found, note = found_there(cast("Finding", stub), other, PATH, settings, None, ALONE)
+    assert examined == [other] * asked
+    assert (found.verdict is Verdict.NAMED) is bool(note) is taken
+
+
+@pytest.mark.parametrize(
     ("penalty", "bent", "asked"), [(0.5, False, 1), (0.5, True, 0), (70.0, False, 0), (70.0, True, 1)]
 )
 def test_a_run_that_needs_parameters_far_off_is_asked_first_itself(

@@ -5,6 +5,7 @@ from typing import cast
 
 import pytest
 
+from dt_station_nodes.discovery import verdict
 from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.verdict import better_without, confidence, why
 
@@ -12,7 +13,7 @@ from dt_station_nodes.discovery.verdict import better_without, confidence, why
 def finding(margin: float) -> Finding:
     """A finding that explains all of a gap and leads by `margin`."""
     sure = SimpleNamespace(margin=margin, gain=1e3, excess=0.0, interrupted=False, mimic="")
-    return cast("Finding", SimpleNamespace(**vars(sure), best=None, ranking=(), scores=()))
+    return cast("Finding", SimpleNamespace(**vars(sure), best=None, ranking=(), scores=(), problem=None))
 
 
 @pytest.mark.parametrize("margin", [6.0, 40.0, 4000.0])
@@ -32,8 +33,8 @@ def test_the_evidence_names_what_explains_as_much(mimic: str, said: bool) -> Non
     assert ("cross coupling" in why(cast("Finding", mimicked), "leakage")) is said
 
 
-def explained(*names: str, inside: bool = True) -> SimpleNamespace:
-    return SimpleNamespace(added=names, inside=inside)
+def explained(*names: str, inside: bool = True, told: bool = True) -> SimpleNamespace:
+    return SimpleNamespace(added=names, inside=inside, told=told)
 
 
 @pytest.mark.parametrize(
@@ -43,12 +44,14 @@ def explained(*names: str, inside: bool = True) -> SimpleNamespace:
         (explained("delay", "bias"), 4.0, False),
         (explained("friction", "bias"), 20.0, False),
         (explained("memory", "bias", inside=False), 20.0, False),
+        (explained("delay", "bias", told=False), 20.0, False),
         (explained(), 20.0, False),
     ],
 )
 def test_a_set_that_does_without_a_name_and_is_ahead_puts_it_in_doubt(
-    larger: SimpleNamespace, ahead: float, doubts: bool
+    larger: SimpleNamespace, ahead: float, doubts: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(verdict, "sensible", lambda explanation, problem: explanation.told)
     best = explained("friction")
     ranked = {"best": best, "ranking": (larger, best), "scores": (-ahead, 0.0)}
     doubted = cast("Finding", SimpleNamespace(**{**vars(finding(40.0)), **ranked}))
