@@ -8,6 +8,7 @@ import pytest
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, PathSpec
 from dt_station_nodes.core.models.effects import Attachment, Quantity
+from dt_station_nodes.discovery import verdict
 from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.contenders import AS_LITTLE, contenders
 from dt_station_nodes.discovery.result import Verdict
@@ -38,7 +39,10 @@ def finding(
     return cast("Finding", made)
 
 
-def test_a_larger_set_that_is_ahead_and_does_without_the_name_is_to_be_told_from_it() -> None:
+def test_a_larger_set_that_is_ahead_and_does_without_the_name_is_to_be_told_from_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(verdict, "sensible", lambda *_: True)
     found = finding(Verdict.NAMED, (PAIR, -30.0), (FRICTION, 0.0), (DEAD_ZONE, 50.0))
     assert contenders(found, Verdict.NAMED) == [PAIR]
     alone = finding(Verdict.NAMED, (FRICTION, 0.0), (DEAD_ZONE, 50.0))
