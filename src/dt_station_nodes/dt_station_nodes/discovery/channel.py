@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .choice import BENT, Measure, alternatives, best_set, certain, rivals_with, take_measure, with_namesakes
+from .choice import Measure, alternatives, best_set, certain, hides, rivals_with, take_measure, with_namesakes
 from .distinct import distinct
 from .growth import MISSES, MOST, Growth
 from .neighbours import lessened
@@ -212,10 +212,9 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         # What others do as well, or bends the model and is not believed, mends the form of the rest.
         fewer = [e for e in known if len(e.added) < len(best.added)]
         without = _decide(bench, given, null, fewer, interrupted)
-        # Fewer that explain the runs only with nominal parameters far off hide what is missing, whatever its name.
-        bends = verdict is Verdict.NAMED and without.best.fit.penalty - best.fit.penalty > BENT
+        hidden = verdict is Verdict.NAMED and hides(without.best, best)
         mended = vague and left > MOSTLY * measure.left(without.best)
-        if not bends and (without.verdict is Verdict.NAMED or mended):
+        if not hidden and (without.verdict is Verdict.NAMED or mended):
             return without
     if verdict is Verdict.NAMED and most >= NAMELESS:
         verdict = Verdict.UNEXPLAINED

@@ -224,6 +224,11 @@ def could_add(explanation: Explanation, measure: Measure) -> bool:
     return any(gap > (least * p.signal) ** 2 for p, gap, least in gaps)
 
 
+def hides(fewer: Explanation, more: Explanation) -> bool:
+    """Whether a smaller set explains the run only with nominal parameters far off, which a larger one puts back."""
+    return fewer.fit.penalty - more.fit.penalty > BENT
+
+
 def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Measure) -> bool:
     """Whether a further effect is more than the mending of the former ones' form."""
     before, after = measure.left(best), measure.left(leader)
@@ -231,8 +236,7 @@ def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Me
         # Blocks held out can make a null look as bad as one likes: the yardstick is what its own fit leaves.
         own = replace(null, powers=(float(null.fit.residual @ null.fit.residual), *null.powers[1:]))
         return before - after > ROUGH_GAIN * measure.left(own)
-    if best.fit.penalty - leader.fit.penalty > BENT:
-        # The smaller set explains the run only with nominal parameters far off.
+    if hides(best, leader):
         return True
     if before - after <= WORTH_NOISE * measure.noise or not _evident(best, leader, measure):
         return False

@@ -95,9 +95,9 @@ def least_squares(
 
     Ends when an iteration lowers the cost by less than `tolerance` of it, or where going on at the better pace of the
     last two would not get below the cost of a `rival`. Parameters at a bound that the gradient pushes outwards are
-    held for the iteration. `slopes` (m, p), where given, is the Jacobian for all of them; those of the first `lasting`
-    parameters are taken anew only where the cost has halved since. Without iterations the start stays, with the
-    Jacobian there.
+    held for the iteration. `slopes` (m, p), where given, is the Jacobian for all of them; else the slopes of the first
+    `lasting` parameters are taken anew only where the cost has halved since. Without iterations the start stays, with
+    the Jacobian there.
     """
     x = np.clip(start, lower, upper)
     r = _finite(fun(x))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .choice import BENT, ENOUGH_TO_NAME, NEXT_LEAVES, WORTH_NOISE, Measure, could_add, take_measure
+from .choice import ENOUGH_TO_NAME, NEXT_LEAVES, WORTH_NOISE, Measure, could_add, hides, take_measure
 from .distinct import distinct
 from .neighbours import parts, reduced
 from .recurring import recurring
@@ -162,8 +162,7 @@ class Growth:
             return False
         least = measure.left(larger) + WORTH_NOISE * measure.noise
         parts = [e for e in leaders if len(e.added) < len(larger.added) and measure.left(e) <= least]
-        bent = larger.fit.penalty + BENT
-        return any(e.fit.penalty <= bent and sensible(e, self._bench.problem) for e in parts)
+        return any(not hides(e, larger) and sensible(e, self._bench.problem) for e in parts)
 
     def _reduce(self) -> None:
         for size in range(self._most_effects, 1, -1):

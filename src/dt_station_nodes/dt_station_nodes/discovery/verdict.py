@@ -47,12 +47,8 @@ def better_without(finding: Finding) -> list[Explanation]:
     A set whose numbers are not what its names say is no explanation, however it bends to the runs.
     """
     ranked = zip(finding.ranking, finding.scores, strict=True)
-    without = [
-        e
-        for e, behind in ranked
-        if behind < -SAME and e.inside and e.added and not set(finding.best.added) <= set(e.added)
-    ]
-    return [e for e in without if sensible(e, finding.problem)]
+    ahead = (e for e, behind in ranked if behind < -SAME and e.inside and e.added)
+    return [e for e in ahead if not set(finding.best.added) <= set(e.added) and sensible(e, finding.problem)]
 
 
 def why(finding: Finding, name: str) -> str:
