@@ -68,8 +68,9 @@ class PlantModel:
         self.sample_time_s = sample_time_s
         self.substeps = substeps(spec.paths.values(), sample_time_s)
         step_s = sample_time_s / self.substeps
-        self._pressure = prepare(spec.paths.get(Channel.PRESSURE), step_s, _FIRST_STATE)
-        self._position = prepare(spec.paths.get(Channel.POSITION), step_s, _FIRST_STATE + self._pressure.size)
+        self._pressure = prepare(spec.paths.get(Channel.PRESSURE), Channel.PRESSURE, step_s, _FIRST_STATE)
+        after = _FIRST_STATE + self._pressure.size
+        self._position = prepare(spec.paths.get(Channel.POSITION), Channel.POSITION, step_s, after)
 
     def initial_state(self, position_m: float | None = None, pressure_pa: float | None = None) -> ModelState:
         """At rest, or standing at a position and a pressure (SI) where the model can stand there."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..channels import Channel
 from . import path_map
 from .effects import Attachment, Effect, registry
 from .layout import NOTHING, LaidOut, lay_out
@@ -59,14 +60,15 @@ def _feedback_rate(path: PathSpec) -> float:
     return float(abs(path.denominator[-1] / path.denominator[0]) ** (1.0 / order)) / path.time_scale
 
 
-def _stage(chosen: tuple[Attachment, Effect, dict[str, float]]) -> int:
-    return _ORDER.index(chosen[0])
+def _turn(place: Attachment, effect: Effect, channel: Channel) -> tuple[int, bool]:
+    return _ORDER.index(place), channel in effect.feels_all_on
 
 
-def prepare(path: PathSpec | None, step_s: float, state_at: int) -> PreparedPath:
+def prepare(path: PathSpec | None, channel: Channel, step_s: float, state_at: int) -> PreparedPath:
     """Discretise a path and lay out its numbers; an absent path gives a constant zero."""
     chosen = () if path is None else path.effects
-    stages = sorted(((e.place, registry()[e.name], e.parameters) for e in chosen), key=_stage)
+    listed = [(e.place, registry()[e.name], e.parameters) for e in chosen]
+    stages = sorted(listed, key=lambda one: _turn(one[0], one[1], channel))
     attached = [attachment for attachment, _, _ in stages]
     fixed = NOTHING if path is None else _laid_out(path, step_s, Attachment.STATE in attached)
     n, m = fixed.linear.b.size, fixed.away_states

@@ -26,9 +26,9 @@ _Key = tuple[object, ...]
 
 
 @lru_cache(maxsize=64)
-def _absent(step_s: float, state_at: int, rest: float) -> PreparedPath:
+def _absent(channel: Channel, step_s: float, state_at: int, rest: float) -> PreparedPath:
     """The path that is not simulated: its rest value for ever."""
-    nothing = prepare(None, step_s, state_at)
+    nothing = prepare(None, channel, step_s, state_at)
     nothing.numbers[path_map.REST_OUTPUT] = rest
     return nothing
 
@@ -156,9 +156,14 @@ class PathSimulator:
     def _simulate(self, path: PathSpec, steps: int, beside: Array | None = None) -> Array:
         step_s = self.sample_time_s / steps
         is_pressure = self.channel is Channel.PRESSURE
-        pressure = prepare(path, step_s, _FIRST_STATE) if is_pressure else _absent(step_s, _FIRST_STATE, self.rest_pa)
-        after = _FIRST_STATE + pressure.size
-        position = _absent(step_s, after, 0.0) if is_pressure else prepare(path, step_s, after)
+
+        def laid_out(channel: Channel, at: int) -> PreparedPath:
+            if channel is self.channel:
+                return prepare(path, channel, step_s, at)
+            return _absent(channel, step_s, at, 0.0 if is_pressure else self.rest_pa)
+
+        pressure = laid_out(Channel.PRESSURE, _FIRST_STATE)
+        position = laid_out(Channel.POSITION, _FIRST_STATE + pressure.size)
         own = pressure if is_pressure else position
         state = np.zeros(_FIRST_STATE + pressure.size + position.size)
         if own.linear.b.size:

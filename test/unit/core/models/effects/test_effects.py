@@ -135,6 +135,22 @@ def test_friction_holds_below_its_level_and_subtracts_above():
     assert np.diff(slide)[-1] / TS == pytest.approx(0.01 * 206.4 / 23.34 * 1.0, rel=1e-6)
 
 
+@pytest.mark.parametrize("leak_first", [True, False])
+@pytest.mark.parametrize("volts", [0.0, 0.6, -0.6])
+@pytest.mark.parametrize("coulomb_v", [0.02, 0.2])
+def test_friction_holds_a_piston_against_its_leak_whichever_is_listed_first(leak_first, volts, coulomb_v):
+    gain, leak = 0.01 * 206.4 / 23.34, 3e-3
+    both = [("leakage", {"coefficient": 1e-9}), ("friction", {"coulomb_v": coulomb_v})]
+    spec = ModelSpec(name="t", paths={Channel.POSITION: INTEGRATOR, Channel.PRESSURE: STATIC})
+    for name, parameters in both if leak_first else reversed(both):
+        spec = spec.with_effect(Channel.POSITION, name, parameters)
+    servo = np.full(TIME.size, volts)
+    out = PlantModel(spec, TS).simulate(servo, servo, np.full(TIME.size, 3e6)).position_m
+    free, level = gain * volts - leak, gain * coulomb_v
+    expected = math.copysign(max(abs(free) - level, 0.0), free)
+    assert np.diff(out)[-1] / TS == pytest.approx(expected, rel=1e-6, abs=1e-9)
+
+
 @pytest.mark.parametrize("level_v", [0.4, -0.4])
 def test_friction_grows_with_the_pressure_that_presses_the_seals_on(level_v):
     load = np.full(TIME.size, 2.0)

@@ -128,6 +128,7 @@ class Effect:
     `hold` give the same as long as the voltage before them is the same. An effect inside a static path feeds its output
     back, which sub-steps must resolve, unless it `only_paces`: what is fed back sets how quick it is. One that does
     nothing `between` two places of the output, parameters of it, needs an integrating path to be where it was measured.
+    On the channels that it `feels_all_on`, it answers to all else inside the path, whatever the model lists after it.
 
     `also` lists the places other than `attachment` where a model may put it and discovery tries it, by channel;
     `apart_at` is the one of its form apart (None: the usual one). Effects outside the `vocabulary` are never named by
@@ -147,6 +148,7 @@ class Effect:
     sub_stepped: bool = False
     holds: bool = False
     only_paces: bool = False
+    feels_all_on: tuple[Channel, ...] = ()
     between: tuple[str, ...] = ()
     also: Mapping[Channel, tuple[Attachment, ...]] = field(default_factory=dict)
     apart_at: Attachment | None = None

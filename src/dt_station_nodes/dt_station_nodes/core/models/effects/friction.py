@@ -7,6 +7,7 @@ from numba import njit
 from ...channels import Channel
 from ..compiled import (
     FREE_VELOCITY,
+    INJECTION,
     LOAD,
     LOAD_VELOCITY,
     OWN_LOAD,
@@ -63,7 +64,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     gain = c[VELOCITY_GAIN]
     if gain == 0.0:
         return value
-    velocity = c[FREE_VELOCITY] - (1.0 - p[4]) * c[LOAD_VELOCITY]
+    # What a cylinder loses or is given moves its piston as well, past the path's own velocity.
+    velocity = c[FREE_VELOCITY] + c[INJECTION] - (1.0 - p[4]) * c[LOAD_VELOCITY]
     held = _held(p, s, velocity, 1.0 + p[10] * max(c[LOAD], 0.0), gain, c[SUBSTEP])
     s[2] = velocity - gain * held
     return value - held
@@ -238,4 +240,5 @@ EFFECT = Effect(
     "He et al., Ind. Eng. Chem. Res. 46 (2007) 8741 and Kano et al., ADCHEM (2003): valve stiction",
     state_size=4,
     sub_stepped=True,
+    feels_all_on=_PISTON,
 )
