@@ -71,7 +71,7 @@ EFFECT = Effect(
             "share",
             Quantity.RATIO,
             "share of the input that passes through the mode; below 0 a mass on a spring rides on it",
-            -1.0,
+            -4.0,
             2.0,
             (1.0, 0.15, -0.3),
             neutral=1.0,
