@@ -20,6 +20,7 @@ FOREIGN = 100.0  # twice the log-likelihood ratio by which it leads
 IDLE = 8.0  # twice the log-likelihood ratio that any further effect may gain by chance
 _NEAR = 100.0  # twice the log-likelihood ratio by which a set is behind that is looked into as the foremost one is
 _ROUNDS = 2
+_EXCHANGES = 2  # in a row, where the first puts other names in front
 _TRACE = 0.1  # of the noise power, between what two forms leave: from both the same is found
 _ANEW = 20.0  # a set found so much better than when it was grown from is grown from again
 
@@ -55,8 +56,13 @@ class Growth:
                     return
                 # A smaller set that is all there is needs no exchange of what is put on top of it.
                 self._reduce()
-                self._exchange()
-                self._reduce()
+                for _ in range(_EXCHANGES):
+                    before = self._foremost()
+                    self._exchange()
+                    self._reduce()
+                    # What took another's place has not been asked what could stand in its own.
+                    if self._foremost() == before:
+                        break
                 if not extended:
                     break
 
@@ -155,6 +161,10 @@ class Growth:
             bases = parts(self._bench, explanation)
             self._scan([base for base in bases if not self._alike(base, measure)], measure)
         self._known[:] = distinct(self._bench, self._known)
+
+    def _foremost(self) -> tuple[str, ...]:
+        """The names that lead."""
+        return tuple(sorted(self._leaders(take_measure(self._bench, self._known))[0].added))
 
     def _needless(self, larger: Explanation, leaders: list[Explanation], measure: Measure) -> bool:
         """Whether a smaller set leaves so little more that no larger one would be named in its place."""
