@@ -235,6 +235,24 @@ def test_a_mass_that_rides_on_the_path_shows_in_jumps_and_not_at_rest() -> None:
     assert out[-1] == pytest.approx(1.0, abs=1e-6)
 
 
+def test_a_piston_whose_lag_is_unequal_too_goes_as_its_equation_says() -> None:
+    """v' = (g(u) K u - v) / T(v): the gain by which way the valve is open, the lag by which way the piston moves."""
+    gain, rate, asymmetry, unequal = 0.01 * 206.4 / 23.34, 23.34, -0.2, 0.3
+    servo = np.repeat([1.0, -1.0, 0.4, -2.0], 30)
+    speed, went, fine = 0.0, [0.0], 200
+    for volts in servo:
+        driven, way = gain * volts * (1.0 + asymmetry * np.sign(volts)), went[-1]
+        for _ in range(fine):
+            quick = rate / (1.0 + unequal * np.sign(speed or driven))
+            before, speed = speed, driven + (speed - driven) * np.exp(-quick * STEP_S / fine)
+            way += 0.5 * (before + speed) * STEP_S / fine
+        went.append(way)
+    out = position(servo, having(POSITION, "asymmetric_gain", at="state", asymmetry=asymmetry, lag_asymmetry=unequal))
+    equal = position(servo, having(POSITION, "asymmetric_gain", at="state", asymmetry=asymmetry))
+    off, other = (np.abs(one - np.array(went[:-1])).max() for one in (out, equal))
+    assert off < 0.02 * other
+
+
 def test_a_mode_that_only_changes_shake_answers_as_behind_a_washout() -> None:
     time_s = np.arange(4000) * STEP_S
     given = np.where(time_s < 0.5, 0.0, 1.0) + 0.3 * np.sin(2.0 * np.pi * 1.7 * time_s)

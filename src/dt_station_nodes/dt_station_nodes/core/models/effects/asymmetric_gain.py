@@ -17,6 +17,7 @@ from ..compiled import (
     STAGE,
     STATIC_GAIN,
     VELOCITY,
+    VELOCITY_GAIN,
     Doubles,
     effect_step,
     halfway,
@@ -43,6 +44,21 @@ def _mean_size(one: float, other: float) -> float:
     return 0.5 * (one * one + other * other) / total if one * other < 0.0 else 0.5 * total
 
 
+@njit(cache=True)
+def _paced(asymmetry: float, value: float, wanted: float, c: Doubles) -> float:
+    """Voltage (V) for `value` with which a path goes where the `wanted` one calls it, its lag unequal by direction."""
+    before, after = c[VELOCITY], c[FREE_VELOCITY] - c[LOAD_VELOCITY]
+    size = abs(before) + abs(after)
+    # Of the sub-step, the part in which it moves forward.
+    forward = (max(before, 0.0) + max(after, 0.0)) / size if size > 0.0 else 0.5
+    quicker = forward / (1.0 + asymmetry) + (1.0 - forward) / (1.0 - asymmetry)
+    # What this changes within the sub-step counts half.
+    half = 0.5 * c[VELOCITY_GAIN]
+    speed = 0.5 * (before + after)
+    stands = (1.0 - quicker) * (speed - half * value) / c[SPEED_GAIN]
+    return (quicker * wanted + stands) / (1.0 - (1.0 - quicker) * half / c[SPEED_GAIN])
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[STAGE] > 0.5 and c[STATIC_GAIN] != 0.0:
@@ -52,6 +68,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         if p[4] > 0.5 and c[SPEED_GAIN] != 0.0:
             c[INJECTION] += p[0] * _mean_size(c[VELOCITY], c[FREE_VELOCITY] - c[LOAD_VELOCITY])
             return value
+        if p[6] != 0.0 and c[SPEED_GAIN] != 0.0:
+            return _paced(p[6], value, value * (1.0 + p[0] if value > 0.0 else 1.0 - p[0]), c)
         return value * (1.0 + p[0] if c[FREE_VELOCITY] > c[LOAD_VELOCITY] else 1.0 - p[0])
     bent = p[1] + _bent(value - p[1], p[0], p[2], p[5])
     return bent if p[3] == 0.0 else bent - p[3] * (p[1] + _bent(-p[1], p[0], p[2], p[5]))
@@ -121,6 +139,17 @@ EFFECT = Effect(
             optional=True,
             usual=(1.0,),
             channels=(Channel.PRESSURE,),
+        ),
+        Parameter(
+            "lag_asymmetry",
+            Quantity.RATIO,
+            "inside an integrating path, its lag in the direction of motion over, against it under the mean",
+            -0.9,
+            0.9,
+            (0.2, -0.2),
+            optional=True,
+            channels=(Channel.POSITION,),
+            at=Attachment.STATE,
         ),
     ),
     step=_step,
