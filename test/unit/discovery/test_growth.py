@@ -226,6 +226,39 @@ def test_of_two_sets_as_good_both_are_exchanged_unless_all_were_fitted_refined(
     assert len(leaders) == taken_apart
 
 
+@pytest.mark.parametrize("better", [True, False])
+def test_what_takes_the_place_of_another_is_exchanged_in_its_turn(
+    singles: tuple[Bench, Explanation, list[Explanation]], monkeypatch: pytest.MonkeyPatch, better: bool
+) -> None:
+    bench, null, found = singles
+    power = float(null.fit.residual @ null.fit.residual)
+    first = replace(null, powers=(100.0 * power,))
+    single = replace(found[1], fit=replace(found[1].fit, penalty=0.0), powers=(0.9 * power,))
+
+    def beside(name: str, numbers: dict[str, float], share: float) -> Explanation:
+        path = add_effect(single.fit.path, Candidate(name), numbers)
+        fit = replace(single.fit, path=path, rss=share * single.fit.rss)
+        return replace(single, added=(*single.added, name), fit=fit, powers=(share * power,))
+
+    pair = beside("delay", {"delay_s": 0.1}, 0.3)
+    other = beside("bias", {"bias_v": 0.1}, 0.03 if better else 0.6)
+    asked: list[str] = []
+
+    def exchanged(_bench: Bench, leader: Explanation) -> list[Explanation]:
+        asked.append(leader.added[-1])
+        return [replace(single, added=leader.added[-1:])]
+
+    def scanned(_bench: Bench, bases: list[Explanation], *_: object) -> list[Explanation]:
+        return [pair] if bases[0] is single else [other]
+
+    monkeypatch.setattr(growth, "parts", exchanged)
+    monkeypatch.setattr(growth, "scan", scanned)
+    monkeypatch.setattr(growth, "reduced", lambda *_: [])
+    monkeypatch.setattr(growth, "distinct", lambda _bench, known: known)
+    Growth(bench, first, [first, single], 2).run()
+    assert asked == (["delay", "bias"] if better else ["delay"])
+
+
 def test_two_effects_that_miss_much_of_the_signal_are_not_given_a_third(monkeypatch: pytest.MonkeyPatch) -> None:
     """Random steps of its own that no effect of the library makes: two names leave most of them."""
     run = make(Case((("dead_zone", "position", 1.0),), seconds=24.0))
