@@ -60,15 +60,11 @@ def _feedback_rate(path: PathSpec) -> float:
     return float(abs(path.denominator[-1] / path.denominator[0]) ** (1.0 / order)) / path.time_scale
 
 
-def _turn(place: Attachment, effect: Effect, channel: Channel) -> tuple[int, bool]:
-    return _ORDER.index(place), channel in effect.feels_all_on
-
-
 def prepare(path: PathSpec | None, channel: Channel, step_s: float, state_at: int) -> PreparedPath:
     """Discretise a path and lay out its numbers; an absent path gives a constant zero."""
     chosen = () if path is None else path.effects
     listed = [(e.place, registry()[e.name], e.parameters) for e in chosen]
-    stages = sorted(listed, key=lambda one: _turn(one[0], one[1], channel))
+    stages = sorted(listed, key=lambda one: (_ORDER.index(one[0]), channel in one[1].feels_all_on))
     attached = [attachment for attachment, _, _ in stages]
     fixed = NOTHING if path is None else _laid_out(path, step_s, Attachment.STATE in attached)
     n, m = fixed.linear.b.size, fixed.away_states
