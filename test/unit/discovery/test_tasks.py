@@ -12,16 +12,19 @@ from dt_station_nodes.discovery.tasks import SETTLED, StoppedError, Task, agains
 from dt_station_nodes.discovery.workers import ALONE
 
 
-def explained(cost: float, held: bool = False) -> Explanation:
-    return cast("Explanation", SimpleNamespace(fit=SimpleNamespace(fitted=SimpleNamespace(cost=cost)), held=held))
+def explained(cost: float, held: bool = False, added: tuple[str, ...] = ()) -> Explanation:
+    fit = SimpleNamespace(fitted=SimpleNamespace(cost=cost), path=SimpleNamespace(effects=added))
+    return cast("Explanation", SimpleNamespace(fit=fit, held=held, added=added))
 
 
 BASE = explained(1e3)
 
 
-def task(name: str, cost: float, *finer: float, apart: bool = False, rival: float = np.inf) -> Task:
+def task(
+    name: str, cost: float, *finer: float, apart: bool = False, rival: float = np.inf, base: Explanation = BASE
+) -> Task:
     forms = tuple(explained(one) for one in finer)
-    return Task(BASE, Candidate(name, apart=apart), seen=explained(cost), finer=forms, rival=rival)
+    return Task(base, Candidate(name, apart=apart), seen=explained(cost), finer=forms, rival=rival)
 
 
 def test_what_is_tried_is_held_against_the_best_form_of_all() -> None:
@@ -36,6 +39,24 @@ def test_the_best_keep_their_order_and_a_form_apart_takes_no_ones_place() -> Non
     chosen, others = best_of(tasks, 2)
     assert [t.candidate.name for t in chosen] == ["dead_zone", "bias", "delay"]
     assert [t.candidate.name for t in others] == ["friction"]
+
+
+def test_a_single_effects_form_apart_brings_its_plain_one_along() -> None:
+    """A wander is sought in both: where neither explains anything yet, the dispersed delay may not keep out the other.
+
+    The same on a base with effects of its own is left to the costs.
+    """
+    costs = (("bias", 4.0, False), ("delay", 5.0, True), ("friction", 6.0, False), ("delay", 7.0, False))
+    chosen, others = best_of([task(name, cost, apart=apart) for name, cost, apart in costs], 1)
+    assert [(t.candidate.name, t.candidate.apart) for t in chosen] == [
+        ("bias", False),
+        ("delay", True),
+        ("delay", False),
+    ]
+    assert [t.candidate.name for t in others] == ["friction"]
+    more = explained(1e3, added=("leakage",))
+    chosen, _ = best_of([task(name, cost, apart=apart, base=more) for name, cost, apart in costs], 1)
+    assert [(t.candidate.name, t.candidate.apart) for t in chosen] == [("bias", False), ("delay", True)]
 
 
 @pytest.mark.parametrize(("rough", "known"), [(False, [5.0, 4.0]), (True, [4.0])])

@@ -202,7 +202,7 @@ def scan(
     chosen, _ = best_of(each(bench, _glance, tasks, told=False), most)
     # A single effect may need all its way to be told from another; of larger sets far more are tried than can be one.
     chosen = [task if not task.base.added else held for task, held in zip(chosen, against(chosen, SEEN), strict=True)]
-    finer, others = best_of(against(each(bench, _plain, chosen)), finest)
+    finer, others = best_of(against(each(bench, _plain, chosen)), finest if finest < most else len(chosen))
     fitted = each(bench, _settled, against([*each(bench, _refined, finer), *others]))
     return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))
 
