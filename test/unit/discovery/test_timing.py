@@ -27,6 +27,7 @@ SECOND_HZ = 4.4
 SWELL_HZ = 0.27
 PUSH_HZ = 1.37
 DELAY_S, WANDER, WANDER_HZ = 0.06, 0.4, 0.21
+SHIFT_V, FALL, SHIFT_LAG_S = 0.2, -0.3, 0.3
 
 
 def noisy(signals: dict[str, np.ndarray], run: Run, seed: int) -> Run:
@@ -68,6 +69,18 @@ def pushed(phase_rad: float, seed: int, push_v: float = 0.1) -> Run:
     time_s = plain.sample_time_s * np.arange(len(plain))
     push = push_v * np.maximum(np.sin(2.0 * np.pi * PUSH_HZ * time_s + phase_rad), 0.0)
     at_valve = plain.signals["servo_voltage_v"] - push
+    out = PlantModel(PAPER, plain.sample_time_s).simulate(plain.signals["load_voltage_v"], at_valve)
+    return noisy({"pressure_pa": out.pressure_pa, "position_m": out.position_m}, plain, seed)
+
+
+def shifted(comes: str, time_s: float, shape: str = "triangle", seed: int = 8, present: bool = True) -> Run:
+    """A run in which an offset of the servo voltage comes, or its gain falls, by first order or evenly about a time."""
+    plain = make(Case(shape=shape, seed=seed, seconds=24.0, noise_db=300.0, closed=False))
+    late_s = plain.sample_time_s * np.arange(len(plain)) - time_s
+    by_first_order = 1.0 - np.exp(-np.maximum(late_s, 0.0) / SHIFT_LAG_S)
+    share = by_first_order if comes == "bias" else 0.5 + 0.5 * np.tanh(late_s / (2.0 * SHIFT_LAG_S))
+    given = plain.signals["servo_voltage_v"]
+    at_valve = given + present * share * (SHIFT_V if comes == "bias" else FALL * given)
     out = PlantModel(PAPER, plain.sample_time_s).simulate(plain.signals["load_voltage_v"], at_valve)
     return noisy({"pressure_pa": out.pressure_pa, "position_m": out.position_m}, plain, seed)
 
@@ -115,6 +128,27 @@ def test_a_delay_that_wanders_is_named() -> None:
     assert found.effects[0].parameters["wander"].value == pytest.approx(WANDER, rel=0.15)
 
 
+@pytest.mark.parametrize("other_s", [9.0, 17.0, -5.0])
+def test_an_offset_that_comes_in_the_run_is_a_bias_whenever_it_comes_in_another(other_s: float) -> None:
+    found = discover(shifted("bias", 9.0), PAPER, validation=shifted("bias", other_s, "sine", seed=9))
+    assert [(e.name, e.channel) for e in found.effects] == [("bias", Channel.POSITION)]
+    numbers = found.effects[0].parameters
+    assert numbers["bias_v"].value == pytest.approx(0.0, abs=0.02)
+    assert numbers["jump_v"].value == pytest.approx(SHIFT_V, rel=0.05)
+    assert numbers["jump_s"].value == pytest.approx(9.0, abs=0.1)
+    assert numbers["jump_lag_s"].value == pytest.approx(SHIFT_LAG_S, rel=0.3)
+    assert found.gap.after[Channel.POSITION].rms < 1.1 * found.gap.noise_floor[Channel.POSITION].rms
+
+
+def test_a_gain_that_falls_gradually_is_a_drift() -> None:
+    found = discover(shifted("gain", 9.0), PAPER, validation=shifted("gain", 9.0, "sine", seed=9))
+    assert [(e.name, e.channel) for e in found.effects] == [("gain_drift", Channel.POSITION)]
+    numbers = found.effects[0].parameters
+    assert numbers["jump"].value == pytest.approx(FALL, rel=0.05)
+    assert numbers["jump_s"].value == pytest.approx(9.0, abs=0.1)
+    assert found.gap.after[Channel.POSITION].rms < 1.1 * found.gap.noise_floor[Channel.POSITION].rms
+
+
 def test_what_goes_on_as_it_is_shows_no_timing() -> None:
     path = PAPER.with_effect(Channel.PRESSURE, "periodic_disturbance", SINE).paths[Channel.PRESSURE]
     assert seen_timing(problem(shaken(None), Channel.PRESSURE), path, "periodic_disturbance") == {}
@@ -124,6 +158,9 @@ def test_what_goes_on_as_it_is_shows_no_timing() -> None:
     path = PAPER.with_effect(Channel.POSITION, "delay", {"delay_s": DELAY_S}).paths[Channel.POSITION]
     assert seen_timing(problem(late(0.0), Channel.POSITION), path, "delay") == {}
     assert seen_timing(problem(late(WANDER), Channel.POSITION), path, "delay")
+    path = PAPER.with_effect(Channel.POSITION, "bias", {"bias_v": SHIFT_V}).paths[Channel.POSITION]
+    assert seen_timing(problem(shifted("bias", -5.0), Channel.POSITION), path, "bias") == {}
+    assert "jump_s" in seen_timing(problem(shifted("bias", 9.0), Channel.POSITION), path, "bias")
 
 
 def test_when_bursts_begin_is_each_runs_own() -> None:

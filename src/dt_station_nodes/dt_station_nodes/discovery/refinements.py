@@ -16,7 +16,7 @@ from .candidates import BY_ITSELF, Candidate, add_effect, drawn, grid
 from .problem import Problem
 from .settling import SETTLING, heated_drift, settling_drift
 from .terms import Term
-from .timing import DRIFT, seen_timing
+from .timing import DRIFT, seen_timing, softer
 
 Array = NDArray[np.float64]
 
@@ -100,7 +100,9 @@ class Refinements:
 
     def timings(self) -> list[dict[str, float]]:
         """Without its timing, and with it."""
-        return [{name: self.neutral(name) for name in self.timing}, dict(self.timing)] if self.timing else [{}]
+        if not self.timing:
+            return [{}]
+        return [{name: self.neutral(name) for name in self.timing}, dict(self.timing), *softer(self.timing)]
 
 
 def refinements(

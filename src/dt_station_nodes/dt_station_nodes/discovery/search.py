@@ -121,7 +121,12 @@ def _refined(bench: Bench, task: Task) -> Task:
 def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _Steps:
     """The best step of refinement from a plain form's `path`, others that it must not keep out; and those of one."""
     few = 1 if bench.rough else 2
-    steps = {n: _form(bench, task, n, step_starts(path, forms, n), 4, _MANY if n == GRIP else few) for n in forms.steps}
+    steps: dict[_Names, Explanation] = {}
+    for names in forms.steps:
+        # Of what comes at some time, and how, a few steps do not tell the one from the other.
+        iterations = bench.iterations if names == tuple(forms.timing) else 4
+        keep = _MANY if names in {GRIP, tuple(forms.timing)} else few
+        steps[names] = _form(bench, task, names, step_starts(path, forms, names), iterations, keep)
     # A grip has many starts: what a contact does otherwise is not to be lost behind it; and under a steady voltage what
     # heats nearly settles: which is the likelier is no matter of their costs.
     heat = tuple(forms.heat)

@@ -1,21 +1,26 @@
 """Starts that a run itself gives: when a disturbance comes and goes, how a delay wanders, when a gain steps."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..core.models import EffectSpec, PathSpec
 from .bursts import burst_start_s, bursts
 from .gain_steps import gain_steps
 from .modulation import modulation, swing_phases_rad
 from .problem import Problem
+from .shifts import shift_time
 from .spectrum import spectral_peaks
 from .terms import Hypothesis, Term
+
+Array = NDArray[np.float64]
 
 PERIODIC = "periodic_disturbance"
 DELAY = "delay"
 DRIFT = "gain_drift"
+BIAS = "bias"
 
 # Of the residual's power: what a wandering delay must explain of it.
 TELLING = 0.1
@@ -30,7 +35,12 @@ MOSTLY = 0.5
 FAINT = 0.01
 # Part of a delay, or of a tone, that is little enough for its effect to be linear.
 SMALL = 0.1
+SMALL_V = 1e-3
+# How what comes in the course of a run comes, at first: nearly at once.
+_COMES = {"jump_lag_s": 0.05, "jump_even": 0.0}
 _HARMONICS = 3
+_GRADUALLY_S = (0.2, 0.8)
+_NO_OFFSET = {"bias_v": 0.0, "settling_s": 0.0, "jump_v": 0.0}
 
 
 def with_numbers(path: PathSpec, spec: EffectSpec, numbers: dict[str, float]) -> PathSpec:
@@ -57,7 +67,18 @@ def seen_timing(problem: Problem, path: PathSpec, name: str, nominal: Sequence[T
         return min((way for way in ways if way), key=lambda way: _turned(problem, path, spec, way)[1], default={})
     if name == DELAY and spec.parameters["delay_s"] > 0.0:
         return _wander(problem, path, spec)
+    if name == BIAS:
+        return _shift(problem, path, spec, nominal)
     return _steps(problem, path, spec, nominal) if name == DRIFT else {}
+
+
+def softer(timing: Mapping[str, float]) -> list[dict[str, float]]:
+    """The same with what comes nearly at once coming gradually, by first order or evenly, half of it by that time."""
+    if "jump_even" not in timing:
+        return []
+    begun = {lag_s: timing["jump_s"] - math.log(2.0) * lag_s for lag_s in _GRADUALLY_S}
+    by_first_order = [{**timing, "jump_s": at, "jump_lag_s": lag_s} for lag_s, at in begun.items()]
+    return [*by_first_order, *({**timing, "jump_lag_s": 0.5 * lag_s, "jump_even": 1.0} for lag_s in _GRADUALLY_S)]
 
 
 def _steps(problem: Problem, path: PathSpec, spec: EffectSpec, nominal: Sequence[Term]) -> dict[str, float]:
@@ -65,7 +86,25 @@ def _steps(problem: Problem, path: PathSpec, spec: EffectSpec, nominal: Sequence
     steady = {"rate_per_s": 0.0, "swing": 0.0, "swing_cosine": 0.0, "jump": 0.0, "second_jump": 0.0}
     home = Hypothesis(with_numbers(path, spec, steady), tuple(nominal))
     found = gain_steps(problem, home.path_at(np.array([term.centre for term in nominal])))
-    return {"rate_per_s": 0.0, **found} if found else {}
+    return {"rate_per_s": 0.0, **found, **_COMES} if found else {}
+
+
+def _shift(problem: Problem, path: PathSpec, spec: EffectSpec, nominal: Sequence[Term]) -> dict[str, float]:
+    """When a further offset comes and how large it is, beside the one that is there from the start."""
+    home = Hypothesis(with_numbers(path, spec, _NO_OFFSET), tuple(nominal))
+    bare = home.path_at(np.array([term.centre for term in nominal]))
+    spec, residual, whole_s = bare.effect(spec.name), problem.residual(bare), problem.length_s
+
+    def slope(numbers: dict[str, float]) -> Array:
+        return (residual - problem.residual(with_numbers(bare, spec, numbers))) / SMALL_V
+
+    steady = slope({"bias_v": SMALL_V})
+    share = shift_time(residual, steady, lambda s: slope({"jump_v": SMALL_V, "jump_s": s * whole_s}), problem.noise)
+    if share is None:
+        return {}
+    late = slope({"jump_v": SMALL_V, "jump_s": share * whole_s})
+    bias_v, jump_v = np.linalg.lstsq(np.column_stack([steady, late]), residual, rcond=None)[0].tolist()
+    return {"bias_v": bias_v, "jump_v": jump_v, "jump_s": share * whole_s, **_COMES}
 
 
 def _sinusoid(

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import EffectSpec, PathSpec
+from .arrivals import arrival_of, arrived_anywhere
 from .beginnings import begun_anywhere, loop_of
 from .mounted import mounted_anywhere, spring_of
 from .noise import noise_floor
@@ -33,7 +34,7 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
 
     A disturbance from outside goes on between runs: its frequency and shape are foretold, its phase is not. Nor is when
     its bursts begin, the phase of a second tone, of its frequency's swing or of a delay that wanders, or where in its
-    gap a linkage begins. A piston's spring may have been mounted about another place.
+    gap a linkage begins, or when something came once. A piston's spring may have been mounted about another place.
     """
     residual = None
     spring = spring_of(path)
@@ -42,6 +43,9 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
     loop = loop_of(path)
     if loop is not None:
         path, residual = begun_anywhere(check, path, loop)
+    arrival = arrival_of(path)
+    if arrival is not None:
+        path, residual = arrived_anywhere(check, path, arrival)
     swinging = _with_chance(path, PERIODIC, "modulation_rad")
     if swinging is not None:
         return _in_phases(check, path, swinging)

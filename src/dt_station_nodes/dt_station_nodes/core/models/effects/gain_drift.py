@@ -2,18 +2,11 @@
 
 import math
 
-from numba import njit
-
 from ...channels import Channel
 from ..compiled import OUTPUT_REST, STAGE, SUBSTEP, TIME, Doubles, effect_step
 from ..heat import by_heat
+from ..onset import EVEN, come
 from .effect import Attachment, Effect, Parameter, Quantity
-
-
-@njit(cache=True)
-def _past(c: Doubles, time_s: float) -> float:
-    """Share of the sub-step after a time."""
-    return min(max((c[TIME] + c[SUBSTEP] - time_s) / c[SUBSTEP], 0.0), 1.0)
 
 
 @effect_step
@@ -23,7 +16,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     s[0] += abs(value) * c[SUBSTEP]
     time = max(age - p[2], 0.0)
     elapsed = -settling * math.expm1(-time / settling) if settling > 0.0 else time
-    stepped = p[7] * _past(c, p[8]) + p[9] * _past(c, p[10])
+    stepped = p[7] * come(c, p[8], p[14], p[15]) + p[9] * come(c, p[10], 0.0, 0.0)
     turn = 2.0 * math.pi * age / p[5] if p[5] > 0.0 else 0.0
     more = stepped + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn)
     if p[12] > 0.0:
@@ -152,6 +145,10 @@ EFFECT = Effect(
             usual=(1.0, -1.0),
             at=Attachment.INPUT,
         ),
+        Parameter(
+            "jump_lag_s", Quantity.TIME, "time constant of the first step of the gain", 0.0, 3.0, (), optional=True
+        ),
+        Parameter("jump_even", Quantity.RATIO, EVEN, 0.0, 1.0, (), optional=True),
     ),
     step=_step,
     check="Repeat one step every minute from a cold start; log oil temperature and supply pressure; "
