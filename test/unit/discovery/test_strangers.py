@@ -1,5 +1,6 @@
 """A form outside the vocabulary that explains as much makes a name doubtful; one that holds the name must do more."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -42,6 +43,16 @@ def test_a_stranger_that_ties_makes_a_name_doubtful(behind: float, name: str) ->
 @pytest.mark.parametrize(("behind", "name"), [(1.5, ""), (-5.0, ""), (-7.0, "trapped_air")])
 def test_one_that_holds_the_name_as_a_special_case_has_to_explain_more(behind: float, name: str) -> None:
     assert ahead(LAG, behind, named("trapped_air")) == name
+
+
+@pytest.mark.parametrize(("numbers", "name"), [({}, ""), ({"second_s": 0.01, "straight": 0.3}, "trapped_air")])
+def test_what_needs_more_numbers_than_the_form_that_holds_it_is_no_special_case(
+    numbers: dict[str, float], name: str
+) -> None:
+    free = {"extra_lag": ("time_constant_s", "second_s", "straight")}
+    lag = replace(named("extra_lag", time_constant_s=0.05, **numbers), freed=free)
+    air = replace(named("trapped_air", stiffening=0.1), freed={"trapped_air": ("softness_s", "stiffening")})
+    assert ahead(lag, -20.0, air, trifling=True) == name
 
 
 @pytest.mark.parametrize(("behind", "lag_s", "name"), [(4.5, 0.0, ""), (-4.0, 0.0, "cross_coupling"), (-4.0, 0.05, "")])

@@ -82,7 +82,14 @@ def _limit(other: Explanation, best: Explanation, more: float) -> float:
     if not set(best.added) <= set(other.added) | set(special):
         return SAME
     plain = any(_neutral(other, *special[name]) for name in best.added if name not in other.added)
-    return 0.0 if plain else -more
+    # What needs more numbers than the form that holds it is no special case of that any more.
+    return 0.0 if plain else -(SAME if _numbers(best) > _numbers(other) else more)
+
+
+def _numbers(explanation: Explanation) -> int:
+    """How many freed numbers of its effects change anything."""
+    freed = ((name, number) for name in explanation.added for number in explanation.freed.get(name, ()))
+    return sum(not _neutral(explanation, name, number) for name, number in freed)
 
 
 def _neutral(explanation: Explanation, name: str, parameter: str) -> bool:
