@@ -73,14 +73,14 @@ def pushed(phase_rad: float, seed: int, push_v: float = 0.1) -> Run:
     return noisy({"pressure_pa": out.pressure_pa, "position_m": out.position_m}, plain, seed)
 
 
-def shifted(comes: str, time_s: float, shape: str = "triangle", seed: int = 8, present: bool = True) -> Run:
+def shifted(comes: str, time_s: float, shape: str = "triangle", seed: int = 8) -> Run:
     """A run in which an offset of the servo voltage comes, or its gain falls, by first order or evenly about a time."""
     plain = make(Case(shape=shape, seed=seed, seconds=24.0, noise_db=300.0, closed=False))
     late_s = plain.sample_time_s * np.arange(len(plain)) - time_s
     by_first_order = 1.0 - np.exp(-np.maximum(late_s, 0.0) / SHIFT_LAG_S)
     share = by_first_order if comes == "bias" else 0.5 + 0.5 * np.tanh(late_s / (2.0 * SHIFT_LAG_S))
     given = plain.signals["servo_voltage_v"]
-    at_valve = given + present * share * (SHIFT_V if comes == "bias" else FALL * given)
+    at_valve = given + share * (SHIFT_V if comes == "bias" else FALL * given)
     out = PlantModel(PAPER, plain.sample_time_s).simulate(plain.signals["load_voltage_v"], at_valve)
     return noisy({"pressure_pa": out.pressure_pa, "position_m": out.position_m}, plain, seed)
 
@@ -128,7 +128,7 @@ def test_a_delay_that_wanders_is_named() -> None:
     assert found.effects[0].parameters["wander"].value == pytest.approx(WANDER, rel=0.15)
 
 
-@pytest.mark.parametrize("other_s", [9.0, 17.0, -5.0])
+@pytest.mark.parametrize("other_s", [9.0, 17.0, -5.0, 99.0])
 def test_an_offset_that_comes_in_the_run_is_a_bias_whenever_it_comes_in_another(other_s: float) -> None:
     found = discover(shifted("bias", 9.0), PAPER, validation=shifted("bias", other_s, "sine", seed=9))
     assert [(e.name, e.channel) for e in found.effects] == [("bias", Channel.POSITION)]

@@ -49,7 +49,7 @@ def gain_steps(problem: Problem, path: PathSpec) -> dict[str, float]:
     for place in (1, 2, 1)[: 2 * len(begins) - 1]:
         near = np.clip(begins[place - 1] + shifts, 1, len(residual) - 1).astype(np.int64).tolist()
         tried = {at: _part(problem, path, residual, at, None) for at in near}
-        left = {at: _left([*columns[:place], one, *columns[place + 1 :]], residual) for at, one in tried.items()}
+        left = {at: left_by([*columns[:place], one, *columns[place + 1 :]], residual) for at, one in tried.items()}
         begins[place - 1] = min(left, key=lambda at: left[at])
         columns[place] = tried[begins[place - 1]]
     first, *sizes = np.linalg.lstsq(np.column_stack(columns), residual, rcond=None)[0].tolist()
@@ -59,7 +59,7 @@ def gain_steps(problem: Problem, path: PathSpec) -> dict[str, float]:
     return numbers
 
 
-def _left(columns: list[Array], residual: Array) -> float:
+def left_by(columns: list[Array], residual: Array) -> float:
     """Sum of squares that columns leave of a residual (n,)."""
     table = np.column_stack(columns)
     return float(np.sum(np.square(residual - table @ np.linalg.lstsq(table, residual, rcond=None)[0])))

@@ -122,10 +122,11 @@ def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _S
     """The best step of refinement from a plain form's `path`, others that it must not keep out; and those of one."""
     few = 1 if bench.rough else 2
     steps: dict[_Names, Explanation] = {}
+    timing = tuple(forms.timing)
     for names in forms.steps:
         # Of what comes at some time, and how, a few steps do not tell the one from the other.
-        iterations = bench.iterations if names == tuple(forms.timing) else 4
-        keep = _MANY if names in {GRIP, tuple(forms.timing)} else few
+        iterations = bench.iterations if names == timing else 4
+        keep = _MANY if names in {GRIP, timing} else few
         steps[names] = _form(bench, task, names, step_starts(path, forms, names), iterations, keep)
     # A grip has many starts: what a contact does otherwise is not to be lost behind it; and under a steady voltage what
     # heats nearly settles: which is the likelier is no matter of their costs.
@@ -207,7 +208,8 @@ def scan(
     chosen, _ = best_of(each(bench, _glance, tasks, told=False), most)
     # A single effect may need all its way to be told from another; of larger sets far more are tried than can be one.
     chosen = [task if not task.base.added else held for task, held in zip(chosen, against(chosen, SEEN), strict=True)]
-    finer, others = best_of(against(each(bench, _plain, chosen)), finest if finest < most else len(chosen))
+    plain = against(each(bench, _plain, chosen))
+    finer, others = best_of(plain, finest) if finest < most else (plain, [])
     fitted = each(bench, _settled, against([*each(bench, _refined, finer), *others]))
     return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))
 

@@ -5,6 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from .gain_steps import left_by
+
 Array = NDArray[np.float64]
 
 _BLOCKS = 48
@@ -19,19 +21,13 @@ def shift_time(residual: Array, steady: Array, part: Callable[[float], Array], n
     `part` gives what an offset that comes at a share of the run does to the output (n,), per its size, `steady` what
     one does that is there from the start.
     """
-    without = _left([steady], residual)
+    without = left_by([steady], residual)
     beyond = without - len(residual) * noise**2
     shares = np.arange(1, _BLOCKS) / _BLOCKS
-    left = [_left([steady, part(float(share))], residual) for share in shares]
+    left = [left_by([steady, part(float(share))], residual) for share in shares]
     near = float(shares[int(np.argmin(left))])
     around = near + np.arange(-_AROUND, _AROUND + 0.5 / _FINER, 1.0 / _FINER) / _BLOCKS
     around = around[(around > 0.0) & (around < 1.0)]
-    finer = [_left([steady, part(float(share))], residual) for share in around]
+    finer = [left_by([steady, part(float(share))], residual) for share in around]
     best = int(np.argmin(finer))
     return float(around[best]) if without - finer[best] > _TELLING * beyond > 0.0 else None
-
-
-def _left(columns: list[Array], residual: Array) -> float:
-    """Sum of squares that columns leave of a residual (n,)."""
-    table = np.column_stack(columns)
-    return float(np.sum(np.square(residual - table @ np.linalg.lstsq(table, residual, rcond=None)[0])))

@@ -95,4 +95,5 @@ def best_of(tasks: Sequence[Task], most: int) -> tuple[list[Task], list[Task]]:
 
 
 def _place(task: Task) -> tuple[object, ...]:
+    """What a form apart shares with its plain one; single effects' bases differ in how many effects they keep."""
     return len(task.base.fit.path.effects), task.candidate.name, task.candidate.at

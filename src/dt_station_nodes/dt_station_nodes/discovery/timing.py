@@ -1,4 +1,4 @@
-"""Starts that a run itself gives: when a disturbance comes and goes, how a delay wanders, when a gain steps."""
+"""Starts that a run itself gives: when a disturbance comes and goes, a delay wanders, a gain steps, an offset comes."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,8 @@ MOSTLY = 0.5
 FAINT = 0.01
 # Part of a delay, or of a tone, that is little enough for its effect to be linear.
 SMALL = 0.1
-SMALL_V = 1e-3
+# V, of an offset by which its part in the output is simulated.
+_SMALL_V = 1e-3
 # How what comes in the course of a run comes, at first: nearly at once.
 _COMES = {"jump_lag_s": 0.05, "jump_even": 0.0}
 _HARMONICS = 3
@@ -81,28 +82,31 @@ def softer(timing: Mapping[str, float]) -> list[dict[str, float]]:
     return [*by_first_order, *({**timing, "jump_lag_s": 0.5 * lag_s, "jump_even": 1.0} for lag_s in _GRADUALLY_S)]
 
 
+def _at_home(path: PathSpec, nominal: Sequence[Term]) -> PathSpec:
+    """The path with its nominal parameters at their centres."""
+    return Hypothesis(path, tuple(nominal)).path_at(np.array([term.centre for term in nominal]))
+
+
 def _steps(problem: Problem, path: PathSpec, spec: EffectSpec, nominal: Sequence[Term]) -> dict[str, float]:
     """When the gain steps and by how much, instead of the drift that was fitted."""
     steady = {"rate_per_s": 0.0, "swing": 0.0, "swing_cosine": 0.0, "jump": 0.0, "second_jump": 0.0}
-    home = Hypothesis(with_numbers(path, spec, steady), tuple(nominal))
-    found = gain_steps(problem, home.path_at(np.array([term.centre for term in nominal])))
+    found = gain_steps(problem, _at_home(with_numbers(path, spec, steady), nominal))
     return {"rate_per_s": 0.0, **found, **_COMES} if found else {}
 
 
 def _shift(problem: Problem, path: PathSpec, spec: EffectSpec, nominal: Sequence[Term]) -> dict[str, float]:
     """When a further offset comes and how large it is, beside the one that is there from the start."""
-    home = Hypothesis(with_numbers(path, spec, _NO_OFFSET), tuple(nominal))
-    bare = home.path_at(np.array([term.centre for term in nominal]))
+    bare = _at_home(with_numbers(path, spec, _NO_OFFSET), nominal)
     spec, residual, whole_s = bare.effect(spec.name), problem.residual(bare), problem.length_s
 
     def slope(numbers: dict[str, float]) -> Array:
-        return (residual - problem.residual(with_numbers(bare, spec, numbers))) / SMALL_V
+        return (residual - problem.residual(with_numbers(bare, spec, numbers))) / _SMALL_V
 
-    steady = slope({"bias_v": SMALL_V})
-    share = shift_time(residual, steady, lambda s: slope({"jump_v": SMALL_V, "jump_s": s * whole_s}), problem.noise)
+    steady = slope({"bias_v": _SMALL_V})
+    share = shift_time(residual, steady, lambda s: slope({"jump_v": _SMALL_V, "jump_s": s * whole_s}), problem.noise)
     if share is None:
         return {}
-    late = slope({"jump_v": SMALL_V, "jump_s": share * whole_s})
+    late = slope({"jump_v": _SMALL_V, "jump_s": share * whole_s})
     bias_v, jump_v = np.linalg.lstsq(np.column_stack([steady, late]), residual, rcond=None)[0].tolist()
     return {"bias_v": bias_v, "jump_v": jump_v, "jump_s": share * whole_s, **_COMES}
 

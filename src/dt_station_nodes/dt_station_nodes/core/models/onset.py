@@ -6,7 +6,7 @@ from numba import njit
 
 from .compiled import SUBSTEP, TIME, Doubles
 
-SUDDEN_S = 1e-9  # time constant of what comes at once
+_SUDDEN_S = 1e-9  # time constant of what comes at once
 EVEN = "0: it comes by first order, 1: along a logistic curve, as slowly before that time as after"
 
 
@@ -22,9 +22,9 @@ def come(c: Doubles, time_s: float, lag_s: float, even: float) -> float:
     if end > 0.0:
         begun = max(begin, 0.0)
         by_first_order = end - begun
-        if lag_s > SUDDEN_S:
+        if lag_s > _SUDDEN_S:
             by_first_order -= lag_s * (math.exp(-begun / lag_s) - math.exp(-end / lag_s))
-    if even <= 0.0 or lag_s <= SUDDEN_S:
+    if even <= 0.0 or lag_s <= _SUDDEN_S:
         return by_first_order / c[SUBSTEP]
     logistic = lag_s * (_ramp(end / lag_s) - _ramp(begin / lag_s))
     return (by_first_order + even * (logistic - by_first_order)) / c[SUBSTEP]
