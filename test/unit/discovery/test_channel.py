@@ -1,7 +1,6 @@
 """What one channel answers where a limit is only come near, where much is left, and where a refit is enough."""
 
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from dt_station_nodes.core.models import ModelSpec, PathSimulator, PathSpec, Pla
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoveryResult, DiscoverySettings, Verdict, channel, discover, inspection
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
-from dt_station_nodes.discovery.channel import Finding, crowded
+from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.choice import BENT
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
@@ -149,18 +148,3 @@ def test_fewer_effects_that_need_parameters_far_off_do_not_stand_for_more(
     finding = channel._decide(bench, bench.problem.residual(path), null, [null, one, two], False)
     assert finding.verdict is Verdict.NAMED
     assert finding.best.added == (two.added if kept else one.added)
-
-
-@pytest.mark.parametrize(
-    ("names", "left", "rough", "doubted"),
-    [
-        (("overflow", "hysteresis", "saturation"), 0.3, False, True),
-        (("overflow", "hysteresis", "saturation"), 0.1, False, False),
-        (("overflow", "hysteresis", "saturation"), 0.3, True, False),
-        (("hysteresis", "saturation"), 0.3, False, False),
-    ],
-)
-def test_three_effects_have_to_leave_noise_alone(
-    names: tuple[str, ...], left: float, rough: bool, doubted: bool
-) -> None:
-    assert crowded(names, left, SimpleNamespace(rough=rough, noise=1.0)) is doubted

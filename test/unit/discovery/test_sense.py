@@ -65,11 +65,6 @@ def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nomina
         ("resonance", {"frequency_hz": 4.0, "damping": 0.1}, {"frequency_hz": 23.0, "damping": 0.1}),
         (
             "resonance",
-            {"frequency_hz": 4.0, "damping": 0.1, "beside": 0.7, "beside_rate": -1.0},
-            {"frequency_hz": 4.0, "damping": 0.1, "beside": 0.7, "beside_rate": -3.0},
-        ),
-        (
-            "resonance",
             {"frequency_hz": 4.0, "damping": 0.1, "share": 0.1},
             {"frequency_hz": 4.0, "damping": 0.4, "share": 0.2, "riding": 0.4},
         ),
@@ -167,6 +162,27 @@ def test_what_bends_as_well_with_its_loop_shut_is_a_curve(run: Run) -> None:
         noise = pressure.noise * np.random.default_rng(3).standard_normal(len(run))
         measured = replace(pressure, measured=pressure.simulate(true) + noise)
         assert sensible(as_it_is(measured, "hysteresis", numbers), measured) is loops
+
+
+@pytest.mark.parametrize("noisy", [True, False])
+def test_a_mode_far_larger_than_the_path_leaves_nothing_else(problem: Problem, noisy: bool) -> None:
+    numbers = {"frequency_hz": 3.0, "damping": 0.1, "beside_rate": 9.0}
+    mode = Candidate("resonance", Attachment.OUTPUT)
+    true = add_effect(PAPER.paths[Channel.POSITION], mode, numbers)
+    size = problem.noise if noisy else 0.01 * problem.negligible
+    quiet = replace(problem, noise=problem.noise if noisy else 0.0)
+    hiss = size * np.random.default_rng(3).standard_normal(len(problem.measured))
+    for more, is_one in ((0.0, True), (2.0 * problem.noise, False)):
+        beside = more * np.sin(np.arange(len(hiss)))
+        measured = replace(quiet, measured=quiet.simulate(true) + hiss + beside)
+        bench = Bench(measured, nominal_terms(PAPER.paths[Channel.POSITION], measured.signal))
+        begin = hypothesis(measured, true, bench.nominal, {})
+        explained = bench.explained(fit_hypothesis(measured, begin, iterations=0), ("resonance",), {})
+        assert sensible(explained, measured) is is_one
+    # As large as the path, it may leave something.
+    like = add_effect(PAPER.paths[Channel.POSITION], mode, {**numbers, "beside_rate": 1.0})
+    measured = replace(quiet, measured=quiet.simulate(like) + beside)
+    assert sensible(as_it_is(measured, "resonance", {**numbers, "beside_rate": 1.0}), measured)
 
 
 def test_a_loop_that_turns_back_leaves_nothing_else(run: Run) -> None:

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .choice import Measure, alternatives, best_set, certain, hides, rivals_with, take_measure, with_namesakes
+from .choice import alternatives, best_set, certain, hides, rivals_with, take_measure, with_namesakes
 from .distinct import distinct
-from .growth import MISSES, MOST, Growth
+from .doubts import DOUBT_SHARE, LEFT_NOISE, doubted
+from .growth import MOST, Growth
 from .neighbours import lessened
 from .noise import whiteness
 from .parsimony import simplified, told_exactly
@@ -46,10 +47,6 @@ FAINT_ALIKE = 4.0  # and one that leaves so many times as much may be nearer to 
 NEEDED = 4.0  # times as much is left by all that does without the set: it is there, if not alone
 VAGUE = 3  # names that could stand in the place of one of several,
 NAMELESS = 6  # and of any: it is no name
-DOUBT = 300.0  # a set not believed by itself but so far ahead
-DOUBT_SHARE = 0.005  # where it leaves more than this of the gap,
-DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
-LEFT_NOISE = 0.2  # and of the noise power
 MOST_SINGLE = 18
 FINEST_SINGLE = 18
 MOST_WHOLE = 6
@@ -150,11 +147,6 @@ def examine(
     return _decide(bench, given, null, known, interrupted)
 
 
-def crowded(names: tuple[str, ...], left: float, measure: Measure) -> bool:
-    """Whether more than two names leave more than noise: together they bend to nearly anything."""
-    return not measure.rough and len(names) > 2 and left > LEFT_NOISE * measure.noise
-
-
 def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanation], interrupted: bool) -> Finding:
     measure = take_measure(bench, known)
     seen = measure.seen(null)
@@ -188,11 +180,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         if few and min((measure.left(e) for _, e in others), default=0.0) > NEEDED * left:
             share = max(share, REAL_SHARE)
         unexplained = left > share * gap and left > LEFT_NOISE * measure.noise
-        doubted = left > max(LEFT_NOISE * measure.noise, DOUBT_SHARE * gap) and any(
-            behind < -DOUBT and measure.left(e) < DOUBT_LEAVES * left for behind, e in others
-        )
-        missed = not measure.rough and measure.missed(best) > MISSES
-        doubtful = unexplained or doubted or missed or crowded(best.added, left, measure)
+        doubtful = unexplained or doubted(best, gap, others, measure)
         verdict = Verdict.UNEXPLAINED if rival or doubtful else Verdict.NAMED
     else:
         verdict = silent_verdict(bench, given, null, measure)

@@ -10,14 +10,16 @@ _STEEPEST_VALVE = 1.6  # exponent: an opening in proportion, an orifice's root, 
 _MOST_OVERRIDE = 0.45  # share of what comes on top of a limit that is left,
 _WEAKEST_VALVE = 0.8  # and by a weak relief valve
 _SHUT = 0.02  # of the run: a valve that is less is always open
-_ALL_SAID = 1.1  # times the noise
+_ALL_SAID = 1.1  # times the noise,
+_TRACE = 0.1  # where there is any, and of what no one would call a gap
 _HEARD = 3.0  # times the noise: a stop that is pressed against is not overrun
 _OFTEN = 0.5  # of the run beyond a stop: what gives way so much is a leak
 
 
 def all_said(path: PathSpec, problem: Problem) -> bool:
-    """Whether a path leaves nothing but noise."""
-    return float(np.std(problem.residual(path))) < _ALL_SAID * problem.noise
+    """Whether a path leaves nothing but noise, and a trace of form error where there is none."""
+    nothing = np.hypot(problem.noise, _TRACE * problem.negligible)
+    return bool(np.std(problem.residual(path)) < _ALL_SAID * nothing)
 
 
 def limits(path: PathSpec, problem: Problem) -> bool:

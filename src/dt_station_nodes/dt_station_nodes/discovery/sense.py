@@ -86,13 +86,14 @@ def _rings(path: PathSpec, problem: Problem) -> bool:
     """Whether a mode rings: a damped one is a lag under another name, one too quick is what the samples leave out.
 
     One that rings little and carries little of the voltage only moves the path's own poles; one far larger than the
-    path is read from a voltage that answers the output.
+    path is read from a voltage that answers the output, unless it leaves nothing else to be said.
     """
     mode = path.effect("resonance").parameters
     damping, turn = mode["damping"], mode["frequency_hz"] * problem.simulator.sample_time_s
     heard = damping <= RINGING or float(np.hypot(mode["share"], mode["riding"])) >= LEAST_PEAK * 2.0 * damping
-    beside = max(abs(mode["beside"]), abs(mode["beside_rate"])) <= LARGEST_MODE
-    return heard and beside and damping <= MOST_DAMPED and turn < QUICKEST_MODE
+    if not (heard and damping <= MOST_DAMPED and turn < QUICKEST_MODE):
+        return False
+    return max(abs(mode["beside"]), abs(mode["beside_rate"])) <= LARGEST_MODE or all_said(path, problem)
 
 
 def _two_sided(path: PathSpec, problem: Problem) -> bool:

@@ -1,0 +1,67 @@
+"""Names that lead by far and are doubtful all the same."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from dt_station_nodes.discovery.choice import BENT
+from dt_station_nodes.discovery.doubts import DOUBT, crowded, outdone, strained
+
+ONE, TWO = ("saturation",), ("hysteresis", "saturation")
+
+
+def leaving(power: float, names: tuple[str, ...] = ONE, penalty: float = 0.0) -> Any:
+    return SimpleNamespace(added=names, power=power, fit=SimpleNamespace(penalty=penalty))
+
+
+def measuring(refitted: bool = False) -> Any:
+    bench = SimpleNamespace(problem=SimpleNamespace(may_be_rough=refitted))
+    return SimpleNamespace(bench=bench, rough=False, noise=1.0, left=lambda explanation: explanation.power)
+
+
+@pytest.mark.parametrize(
+    ("names", "left", "rough", "doubted"),
+    [
+        (("overflow", "hysteresis", "saturation"), 0.3, False, True),
+        (("overflow", "hysteresis", "saturation"), 0.1, False, False),
+        (("overflow", "hysteresis", "saturation"), 0.3, True, False),
+        (("hysteresis", "saturation"), 0.3, False, False),
+    ],
+)
+def test_three_effects_have_to_leave_noise_alone(
+    names: tuple[str, ...], left: float, rough: bool, doubted: bool
+) -> None:
+    assert crowded(names, left, SimpleNamespace(rough=rough, noise=1.0)) is doubted
+
+
+@pytest.mark.parametrize(
+    ("penalty", "left", "refitted", "doubtful"),
+    [
+        (4.0 * BENT, 1.5, False, True),
+        (4.0 * BENT, 0.5, False, False),
+        (0.5 * BENT, 1.5, False, False),
+        (4.0 * BENT, 1.5, True, False),
+    ],
+)
+def test_what_bends_nominal_parameters_far_off_has_to_leave_less_than_noise(
+    penalty: float, left: float, refitted: bool, doubtful: bool
+) -> None:
+    assert strained(leaving(left, penalty=penalty), measuring(refitted)) is doubtful
+
+
+@pytest.mark.parametrize(
+    ("names", "left", "other", "behind", "gap", "doubtful"),
+    [
+        (ONE, 2.0, 0.3, -2.0 * DOUBT, 50.0, True),
+        (ONE, 2.0, 0.5, -2.0 * DOUBT, 50.0, False),
+        (TWO, 2.0, 0.3, -2.0 * DOUBT, 50.0, True),
+        (TWO, 2.0, 0.3, -0.5 * DOUBT, 50.0, False),
+        (TWO, 2.0, 0.3, -2.0 * DOUBT, 1e4, False),
+        (TWO, 0.1, 0.01, -2.0 * DOUBT, 5.0, False),
+    ],
+)
+def test_names_are_not_all_where_what_is_not_believed_leaves_a_fraction(
+    names: tuple[str, ...], left: float, other: float, behind: float, gap: float, doubtful: bool
+) -> None:
+    assert outdone(leaving(left, names), gap, [(behind, leaving(other))], measuring()) is doubtful
