@@ -5,19 +5,16 @@ from typing import Any
 
 import pytest
 
-from dt_station_nodes.discovery.choice import BENT
-from dt_station_nodes.discovery.doubts import DOUBT, crowded, outdone, strained
+from dt_station_nodes.discovery.doubts import DOUBT, crowded, outdone
 
 ONE, TWO = ("saturation",), ("hysteresis", "saturation")
 
 
-def leaving(power: float, names: tuple[str, ...] = ONE, penalty: float = 0.0) -> Any:
-    return SimpleNamespace(added=names, power=power, fit=SimpleNamespace(penalty=penalty))
+MEASURE: Any = SimpleNamespace(rough=False, noise=1.0, left=lambda explanation: explanation.power)
 
 
-def measuring(refitted: bool = False) -> Any:
-    bench = SimpleNamespace(problem=SimpleNamespace(may_be_rough=refitted))
-    return SimpleNamespace(bench=bench, rough=False, noise=1.0, left=lambda explanation: explanation.power)
+def leaving(power: float, names: tuple[str, ...] = ONE) -> Any:
+    return SimpleNamespace(added=names, power=power)
 
 
 @pytest.mark.parametrize(
@@ -36,21 +33,6 @@ def test_three_effects_have_to_leave_noise_alone(
 
 
 @pytest.mark.parametrize(
-    ("penalty", "left", "refitted", "doubtful"),
-    [
-        (4.0 * BENT, 1.5, False, True),
-        (4.0 * BENT, 0.5, False, False),
-        (0.5 * BENT, 1.5, False, False),
-        (4.0 * BENT, 1.5, True, False),
-    ],
-)
-def test_what_bends_nominal_parameters_far_off_has_to_leave_less_than_noise(
-    penalty: float, left: float, refitted: bool, doubtful: bool
-) -> None:
-    assert strained(leaving(left, penalty=penalty), measuring(refitted)) is doubtful
-
-
-@pytest.mark.parametrize(
     ("names", "left", "other", "behind", "gap", "doubtful"),
     [
         (ONE, 2.0, 0.3, -2.0 * DOUBT, 50.0, True),
@@ -64,4 +46,4 @@ def test_what_bends_nominal_parameters_far_off_has_to_leave_less_than_noise(
 def test_names_are_not_all_where_what_is_not_believed_leaves_a_fraction(
     names: tuple[str, ...], left: float, other: float, behind: float, gap: float, doubtful: bool
 ) -> None:
-    assert outdone(leaving(left, names), gap, [(behind, leaving(other))], measuring()) is doubtful
+    assert outdone(leaving(left, names), gap, [(behind, leaving(other))], MEASURE) is doubtful

@@ -132,3 +132,17 @@ def test_a_flow_that_turns_turbulent_begins_as_large_where_the_run_goes() -> Non
         flow = start["sag_per_s"] * reach / (1.0 + start["sag_bend"] * reach) ** 0.5
         assert abs(flow - 0.1 * reach) < 1e-9
     assert any(p["sag_per_s"] == 0.1 and p["sag_bend"] == 0.0 for p in starts)
+
+
+def test_a_loop_of_exponentials_begins_as_wide_as_the_plain_one() -> None:
+    path, candidate = PAPER.paths[Channel.PRESSURE], Candidate("hysteresis")
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.PRESSURE, DiscoverySettings())
+    plain = add_effect(path, candidate, {"half_width_v": 0.05})
+    forms = refinements(problem, plain, candidate, problem.residual(plain))
+    names = ("bouc_wen", "depth", "way_back")
+    assert names in forms.steps
+    starts = [start.effect("hysteresis").parameters for start in step_starts(plain, forms, names)]
+    loops = [p for p in starts if p["bouc_wen"] == p["way_back"] == 1.0]
+    assert {p["depth"] for p in loops} == {1.0, *candidate.effect.parameter("depth").starts}
+    for loop in loops:
+        assert abs(loop["half_width_v"] * loop["depth"] - 0.05) < 1e-12

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from .choice import BENT, Measure
+from .choice import Measure
 from .growth import MISSES
 from .selection import Explanation
 
@@ -10,30 +10,17 @@ LEFT_NOISE = 0.2  # of the noise power: what leaves less leaves nothing
 DOUBT = 300.0  # a set not believed by itself but so far ahead
 DOUBT_SHARE = 0.005  # where the best leaves more than this of the gap,
 DOUBT_LEAVES = 0.2  # that leaves so little, says that the one believed is not all
-STRAINED = 1.0  # of the noise power: what bends nominal parameters far off leaves less
 
 
 def doubted(best: Explanation, gap: float, others: Sequence[tuple[float, Explanation]], measure: Measure) -> bool:
     """Whether the best set is not to be believed; `others`: how far those that do without it are behind."""
-    left = measure.left(best)
     missed = not measure.rough and measure.missed(best) > MISSES
-    poor = missed or crowded(best.added, left, measure) or strained(best, measure)
-    return poor or outdone(best, gap, others, measure)
+    return missed or crowded(best.added, measure.left(best), measure) or outdone(best, gap, others, measure)
 
 
 def crowded(names: tuple[str, ...], left: float, measure: Measure) -> bool:
     """Whether more than two names leave more than noise: together they bend to nearly anything."""
     return not measure.rough and len(names) > 2 and left > LEFT_NOISE * measure.noise
-
-
-def strained(best: Explanation, measure: Measure) -> bool:
-    """Whether a set bends nominal parameters far off and leaves as much as noise still: it is something else.
-
-    A path that was identified as a whole from such data holds in its parameters what an effect did: they have to move.
-    """
-    if measure.rough or measure.bench.problem.may_be_rough:
-        return False
-    return best.fit.penalty > BENT and measure.left(best) > STRAINED * measure.noise
 
 
 def outdone(best: Explanation, gap: float, others: Sequence[tuple[float, Explanation]], measure: Measure) -> bool:

@@ -48,6 +48,7 @@ _TOGETHER = (
     ("second_s", "straight"),
     ("spread", "closes_v"),
     ("way_back", "uneven"),
+    ("bouc_wen", "depth", "way_back"),
     ("closes_v", "open_at_v"),
     ("spread", "depth", "bend_per_v", "steepness"),
     ("bend_per_v", "open_at_v"),
@@ -197,4 +198,8 @@ def _along(plain: Mapping[str, float], forms: Refinements, numbers: Mapping[str,
         # A flow that turns turbulent begins so much steeper, to be what it was where the run goes.
         (lengths,) = forms.candidate.effect.parameter(_SAG_BEND).starts
         return {_SAG: plain[_SAG] * math.sqrt(1.0 + lengths)}
+    if numbers.get("way_back", 0.0) > 0.0 and "depth" in numbers:
+        # A loop of exponentials is as wide as the plain one was, times its depth.
+        width = forms.candidate.required[0]
+        return {width: plain[width] * plain["depth"] / numbers["depth"]}
     return {}
