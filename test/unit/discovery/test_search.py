@@ -104,6 +104,29 @@ def test_a_spring_is_found_that_is_at_rest_far_from_where_the_run_goes() -> None
     assert found["centre"] == pytest.approx(0.0, abs=0.01)
 
 
+def test_a_strong_spring_of_a_spool_is_found_about_a_working_pressure() -> None:
+    """With its null set at rest a spring that strong would leave a pressure far from where the run goes."""
+    time_s = 0.01 * np.arange(2500)
+    swing = 1.1 * signal.sawtooth(0.8 * time_s, 0.5)
+    voltage = 1.6 + swing + 0.7 * swing**3
+    given = {"coefficient": 7e-19, "centre": 1.6e6, "of_spool": 1.0}
+    path = PAPER.with_effect(Channel.PRESSURE, "cubic_stiffness", given).paths[Channel.PRESSURE]
+    pressure = PathSimulator(Channel.PRESSURE, 0.01, voltage, np.zeros(0), 1e6, 1e6).simulate(path)
+    pressure += 1e4 * np.random.default_rng(6).standard_normal(time_s.size)
+    run = Run(0.01, {"load_voltage_v": voltage, "pressure_pa": pressure})
+    problem = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    bench = Bench(problem, nominal_terms(PAPER.paths[Channel.PRESSURE], problem.signal))
+    null = fit_null(bench, PAPER.paths[Channel.PRESSURE])
+    spring = next(c for c in library(Channel.PRESSURE) if c.name == "cubic_stiffness" and c.at is None)
+    found = search._settled(bench, search._refined(bench, search._plain(bench, Task(null, spring)))).seen
+    assert found is not None
+    numbers = found.fit.path.effect("cubic_stiffness").parameters
+    assert numbers["of_spool"] == 1.0
+    assert numbers["coefficient"] == pytest.approx(7e-19, rel=0.05)
+    assert numbers["centre"] == pytest.approx(given["centre"], abs=3e4)
+    assert numbers["trimmed"] == pytest.approx(0.0, abs=0.02)
+
+
 def test_a_valve_far_slower_than_its_voltage_jumps_is_found() -> None:
     rate_v_per_s = 0.03
     voltage = 1.5 * np.sign(np.sin(2.3 * np.arange(900) * 0.02))

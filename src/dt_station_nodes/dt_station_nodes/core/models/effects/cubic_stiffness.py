@@ -119,7 +119,7 @@ EFFECT = Effect(
             "1: the valve's null was set with the spring in place, which does nothing at zero; 0: at its centre",
             0.0,
             1.0,
-            (1.0,),
+            (0.0, 1.0),
             optional=True,
             first_on=(Channel.PRESSURE,),
             usual=(1.0,),
