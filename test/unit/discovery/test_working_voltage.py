@@ -29,8 +29,10 @@ def run(hidden: ModelSpec, hertz: float, seed: int) -> Run:
         ("saturation", {"upper_v": 1e9, "lower_v": 1.4}),
         ("saturation", {"upper_v": 5.1, "lower_v": -0.9, "straight": 0.0, "centre_v": 2.1}),
         ("asymmetric_gain", {"asymmetry": -0.3, "centre_v": 1.6, "rounding_v": 0.2, "of_slope": 1.0}),
+        ("asymmetric_gain", {"asymmetry": 0.13, "centre_v": 1.9, "through_zero": -1.0}),
+        ("asymmetric_gain", {"asymmetry": 0.13, "centre_v": 1.7, "through_zero": -0.3}),
     ],
-    ids=["a lower limit above zero", "a soft limit", "a rounded slope"],
+    ids=["a lower limit above zero", "a soft limit", "a rounded slope", "less below", "more and less"],
 )
 def test_a_curve_about_a_working_voltage_has_one_name(name: str, numbers: dict[str, float]) -> None:
     hidden = VALVE.with_effect(Channel.PRESSURE, name, numbers)

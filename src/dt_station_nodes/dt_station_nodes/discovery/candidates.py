@@ -142,6 +142,9 @@ def grid(
         return [0.0, *kinks_v(problem, path, residual)] if bent else flattest_v(problem, path, residual, 2)
     if candidate.apart and name == "working":
         return [1.0]
+    if name == "through_zero" and problem.rough:
+        # There all coefficients move, and with them what no voltage would do.
+        return [0.0, 1.0]
     if (candidate.name, name) == _BY_LOAD:
         return [0.0, 1.0]
     if candidate.name == "saturation" and parameter.quantity is Quantity.INPUT_PEAK:

@@ -427,6 +427,10 @@ def test_a_kink_leaves_its_centre_or_zero_where_it_is():
     assert np.ptp(centred - through) == pytest.approx(0.0, abs=1e-12)
     above = given > 0.6
     assert np.polyfit(given[above], through[above], 1)[0] == pytest.approx(1.2)
+    # With a gain so much less, all above the centre is as it was.
+    kept = answer("asymmetric_gain", {**kink, "through_zero": -1.0}) / 1.2
+    assert kept[above] == pytest.approx(given[above], abs=1e-9)
+    assert np.polyfit(given[given < 0.4], kept[given < 0.4], 1)[0] == pytest.approx(0.8 / 1.2)
 
 
 @pytest.mark.parametrize(("of_slope", "offset"), [(0.0, 0.0), (1.0, -0.2 * 0.3 * math.log(2.0))])

@@ -110,13 +110,13 @@ EFFECT = Effect(
         Parameter(
             "through_zero",
             Quantity.RATIO,
-            "0: the voltage at the centre acts as it is, 1: no voltage does, as of a curve with a kink",
-            0.0,
+            "0: the voltage at the centre acts as it is, 1: the line below it meets zero, -1: the one above does",
+            -1.0,
             1.0,
-            (0.0, 1.0),
+            (0.0, 1.0, -1.0),
             optional=True,
             apart=True,
-            usual=(1.0,),
+            usual=(1.0, -1.0),
         ),
         Parameter(
             "of_speed",
