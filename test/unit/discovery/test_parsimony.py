@@ -43,7 +43,7 @@ def refined(case: Case, name: str, start: dict[str, float]) -> tuple[Bench, Expl
 @pytest.mark.parametrize(
     ("name", "start", "kept", "gone"),
     [
-        ("asymmetric_gain", {"asymmetry": 0.1, "centre_v": 0.1, "rounding_v": 0.1}, "rounding_v", "centre_v"),
+        ("asymmetric_gain", {"asymmetry": 0.1, "centre_v": 0.1, "rounding_v": 0.2}, "rounding_v", "centre_v"),
         ("delay", {"delay_s": 0.03, "stretch_per_v": -0.03}, "delay_s", "stretch_per_v"),
         ("rate_limit", {"rate_v_per_s": 30.0, "softness_s": 0.01, "asymmetry": 0.2}, "rate_v_per_s", "asymmetry"),
     ],
