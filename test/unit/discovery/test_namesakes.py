@@ -53,6 +53,18 @@ def test_so_may_play_on_the_voltage_and_one_that_gives_a_spool_with_mass() -> No
     assert play(Attachment.OUTPUT) == ((),)
 
 
+@pytest.mark.parametrize(("left", "also"), [(0.3, ()), (0.7, ("leakage",))])
+def test_a_relief_valve_that_leaves_most_of_what_comes_on_top_may_be_a_seal(left: float, also: tuple[str, ...]) -> None:
+    """Inside the path what it leaves is what a static leak of the same slope would."""
+    path = PAPER.paths[Channel.PRESSURE]
+    lag_s = path.denominator[-2] / path.denominator[-1]
+    for numbers, at in (({"override": left}, Attachment.OUTPUT), ({"weir_s": lag_s * left / (1.0 - left)}, None)):
+        valve = EffectSpec(name="overflow", at=at, parameters={"limit": 2e6, **numbers})
+        with_valve = path.model_copy(update={"effects": (valve,)})
+        assert namesakes(with_valve, ("overflow",), Channel.PRESSURE, SCALES) == (also,)
+        assert namesakes(with_valve, ("overflow", "leakage"), Channel.PRESSURE, SCALES) == ((), ())
+
+
 def test_play_on_a_cylinders_valve_and_a_loop_with_corners_are_one() -> None:
     assert play(Attachment.INPUT, Channel.POSITION) == (("hysteresis",),)
     assert play(Attachment.INPUT, Channel.POSITION, spread=0.2) == (("hysteresis",),)

@@ -19,6 +19,7 @@ _GOES_ON = 0.2  # or beyond which so much goes on
 _UNLIKE = 0.2  # of a lag: by so much more in one direction than on the mean of both it answers that one less
 _WAYS = ("unequal", "closing")
 _ABOVE = 0.2  # of the run's highest voltage: a kink that far up is where something may open
+_STAYS = 0.5  # of what comes on top of a relief valve's limit: where more is left, it may be a seal
 
 
 def namesakes(
@@ -32,10 +33,16 @@ def namesakes(
     all of a voltage goes through are a linkage of several joints, or a spool whose friction yields before it slides.
     A pressure valve whose curve bends softly and meets no limit in the run is held by a spring that hardens. A pressure
     that lags more one way is one that fills quicker than it vents. One that answers less from some voltage on is one
-    whose relief valve opens there and lets it rise on.
+    whose relief valve opens there and lets it rise on. A relief valve that leaves most of what comes on top is a seal
+    that gives way.
     """
     peak = scales[Quantity.INPUT_PEAK]
-    found = {effect.name: _names(effect, added, channel, peak) for effect in path.effects}
+    found = {
+        effect.name: ("leakage",)
+        if channel is Channel.PRESSURE and "leakage" not in added and _seeps(effect, path)
+        else _names(effect, added, channel, peak)
+        for effect in path.effects
+    }
     return tuple(found.get(name, ()) for name in added)
 
 
@@ -93,6 +100,16 @@ def _eases(effect: EffectSpec, peak_v: float) -> bool:
     """Whether a gain is less from a voltage on that is well above 0 V."""
     gain = _numbers(effect, "asymmetric_gain")
     return gain is not None and gain["asymmetry"] < 0.0 and gain["centre_v"] > _ABOVE * peak_v
+
+
+def _seeps(effect: EffectSpec, path: PathSpec) -> bool:
+    """Whether a relief valve leaves most of what comes on top of its limit."""
+    valve = _numbers(effect, "overflow")
+    if valve is None or path.denominator[-1] == 0.0:
+        return False
+    lag_s = path.time_scale * path.denominator[-2] / path.denominator[-1]
+    left = valve["weir_s"] / (valve["weir_s"] + lag_s) if effect.place is Attachment.STATE else valve["override"]
+    return left > _STAYS
 
 
 def _joints(effect: EffectSpec) -> bool:
