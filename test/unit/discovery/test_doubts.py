@@ -5,11 +5,10 @@ from typing import Any
 
 import pytest
 
-from dt_station_nodes.discovery.doubts import DOUBT, crowded, outdone
+from dt_station_nodes.discovery.doubts import DOUBT, crowded, doubted, outdone
+from dt_station_nodes.discovery.growth import MISSES
 
 ONE, TWO = ("saturation",), ("hysteresis", "saturation")
-
-
 MEASURE: Any = SimpleNamespace(rough=False, noise=1.0, left=lambda explanation: explanation.power)
 
 
@@ -47,3 +46,9 @@ def test_names_are_not_all_where_what_is_not_believed_leaves_a_fraction(
     names: tuple[str, ...], left: float, other: float, behind: float, gap: float, doubtful: bool
 ) -> None:
     assert outdone(leaving(left, names), gap, [(behind, leaving(other))], MEASURE) is doubtful
+
+
+@pytest.mark.parametrize(("missed", "rough", "doubtful"), [(0.5, False, False), (2.0, False, True), (2.0, True, False)])
+def test_what_misses_much_of_the_signal_has_not_been_understood(missed: float, rough: bool, doubtful: bool) -> None:
+    measure: Any = SimpleNamespace(**{**vars(MEASURE), "rough": rough, "missed": lambda _: missed * MISSES})
+    assert doubted(leaving(0.1), 50.0, [], measure) is doubtful

@@ -37,12 +37,14 @@ def problem(run: Run) -> Problem:
     return make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
 
 
-def as_it_is(problem: Problem, name: str, parameters: dict[str, float], **nominal: float) -> Explanation:
-    """An effect at given parameters, nothing fitted."""
+def as_it_is(
+    problem: Problem, name: str, parameters: dict[str, float], at: Attachment | None = None, **nominal: float
+) -> Explanation:
+    """An effect at given parameters and a place (None: its usual one), nothing fitted."""
     path = PAPER.paths[problem.channel].model_copy(update=nominal)
     bench = Bench(problem, nominal_terms(PAPER.paths[problem.channel], problem.signal))
     freed = {name: Candidate(name).required}
-    begin = hypothesis(problem, add_effect(path, Candidate(name), parameters), bench.nominal, freed)
+    begin = hypothesis(problem, add_effect(path, Candidate(name, at), parameters), bench.nominal, freed)
     return bench.explained(fit_hypothesis(problem, begin, iterations=0), (name,), freed)
 
 
@@ -166,23 +168,15 @@ def test_what_bends_as_well_with_its_loop_shut_is_a_curve(run: Run) -> None:
 
 @pytest.mark.parametrize("noisy", [True, False])
 def test_a_mode_far_larger_than_the_path_leaves_nothing_else(problem: Problem, noisy: bool) -> None:
-    numbers = {"frequency_hz": 3.0, "damping": 0.1, "beside_rate": 9.0}
-    mode = Candidate("resonance", Attachment.OUTPUT)
-    true = add_effect(PAPER.paths[Channel.POSITION], mode, numbers)
     size = problem.noise if noisy else 0.01 * problem.negligible
     quiet = replace(problem, noise=problem.noise if noisy else 0.0)
     hiss = size * np.random.default_rng(3).standard_normal(len(problem.measured))
-    for more, is_one in ((0.0, True), (2.0 * problem.noise, False)):
-        beside = more * np.sin(np.arange(len(hiss)))
-        measured = replace(quiet, measured=quiet.simulate(true) + hiss + beside)
-        bench = Bench(measured, nominal_terms(PAPER.paths[Channel.POSITION], measured.signal))
-        begin = hypothesis(measured, true, bench.nominal, {})
-        explained = bench.explained(fit_hypothesis(measured, begin, iterations=0), ("resonance",), {})
-        assert sensible(explained, measured) is is_one
-    # As large as the path, it may leave something.
-    like = add_effect(PAPER.paths[Channel.POSITION], mode, {**numbers, "beside_rate": 1.0})
-    measured = replace(quiet, measured=quiet.simulate(like) + beside)
-    assert sensible(as_it_is(measured, "resonance", {**numbers, "beside_rate": 1.0}), measured)
+    more = 2.0 * problem.noise * np.sin(np.arange(len(hiss)))
+    for beside_rate, left, is_one in ((9.0, hiss, True), (9.0, hiss + more, False), (1.0, hiss + more, True)):
+        numbers = {"frequency_hz": 3.0, "damping": 0.1, "beside_rate": beside_rate}
+        true = add_effect(PAPER.paths[Channel.POSITION], Candidate("resonance", Attachment.OUTPUT), numbers)
+        measured = replace(quiet, measured=quiet.simulate(true) + left)
+        assert sensible(as_it_is(measured, "resonance", numbers, Attachment.OUTPUT), measured) is is_one
 
 
 def test_a_loop_that_turns_back_leaves_nothing_else(run: Run) -> None:

@@ -37,22 +37,21 @@ def namesakes(
     that gives way.
     """
     peak = scales[Quantity.INPUT_PEAK]
-    found = {
-        effect.name: ("leakage",)
-        if channel is Channel.PRESSURE and "leakage" not in added and _seeps(effect, path)
-        else _names(effect, added, channel, peak)
-        for effect in path.effects
-    }
+    found = {effect.name: _names(effect, path, added, channel, peak) for effect in path.effects}
     return tuple(found.get(name, ()) for name in added)
 
 
-def _names(effect: EffectSpec, added: tuple[str, ...], channel: Channel, peak_v: float) -> tuple[str, ...]:
+def _names(
+    effect: EffectSpec, path: PathSpec, added: tuple[str, ...], channel: Channel, peak_v: float
+) -> tuple[str, ...]:
     if channel is Channel.PRESSURE and _only_bends(effect, peak_v) and "cubic_stiffness" not in added:
         return ("cubic_stiffness",)
     if channel is Channel.PRESSURE and _one_way(effect) and "asymmetric_gain" not in added:
         return ("asymmetric_gain",)
     if channel is Channel.PRESSURE and _eases(effect, peak_v) and "overflow" not in added:
         return ("overflow",)
+    if channel is Channel.PRESSURE and _seeps(effect, path) and "leakage" not in added:
+        return ("leakage",)
     if channel is Channel.POSITION and effect.name == "overflow" and effect.at is Attachment.OUTPUT:
         return ("saturation",)
     if _joints(effect):
