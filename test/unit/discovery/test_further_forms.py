@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import cont2discrete, tf2ss
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -15,7 +16,7 @@ from dt_station_nodes.core.models import PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, library, plain_starts
-from dt_station_nodes.discovery.further_forms import AT_REST, BELL, FURTHER, SHAKEN
+from dt_station_nodes.discovery.further_forms import BELL, BY_LOAD, FURTHER, SHAKEN, WORN
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.terms import nominal_terms
@@ -123,7 +124,36 @@ def test_every_further_form_is_a_candidate_of_its_own() -> None:
         assert set(also) <= set(Candidate(name, also=also).required)
 
 
-def test_a_piston_has_a_leak_that_stands_still_at_rest_only_where_its_load_moves() -> None:
-    still = Candidate("leakage", also=AT_REST)
-    assert still in library(Channel.POSITION, loaded=True)
-    assert still not in library(Channel.POSITION)
+@pytest.mark.parametrize("form", BY_LOAD)
+def test_a_piston_has_a_leak_of_a_form_that_its_load_shows_only_where_that_moves(form: tuple[str, ...]) -> None:
+    of_load = Candidate("leakage", also=form)
+    assert of_load in library(Channel.POSITION, loaded=True)
+    assert of_load not in library(Channel.POSITION)
+
+
+def crept(place_m: float, way_m: float) -> Problem:
+    """A piston whose bore is worn about a place, past which its load pushes oil; elsewhere a fifth of that."""
+    numerator = PISTON.scale * PISTON.gain * np.asarray(PISTON.numerator)
+    scales = PISTON.time_scale ** np.arange(len(PISTON.denominator) - 1, -1, -1.0)
+    a, b, c, *_ = cont2discrete(tf2ss(numerator, PISTON.denominator * scales), FINE_S)
+    servo, load = 0.9 * np.sin(1.9 * SAMPLED), 1e6 * (1.0 + 0.8 * np.sign(np.sin(0.83 * SAMPLED)))
+    state, position = np.zeros((len(a), 1)), []
+    for voltage, pressure in zip(servo, load, strict=True):
+        place = float((c @ state)[0, 0])
+        position.append(place)
+        worn = 0.5 + 0.5 * np.cos(np.clip(np.pi * (place - place_m) / way_m, -np.pi, np.pi))
+        state = a @ state + b * (voltage - 0.3e-6 * (pressure - 1e6) * (0.2 + 0.8 * worn))
+    measured = np.array(position)[::FINER]
+    measured += 1e-4 * np.random.default_rng(3).standard_normal(len(measured))
+    signals = {"servo_voltage_v": servo[::FINER], "pressure_pa": load[::FINER], "position_m": measured}
+    return make_problem(Run(FINE_S * FINER, signals), PAPER, Channel.POSITION, DiscoverySettings())
+
+
+@pytest.mark.parametrize(("place_m", "way_m"), [(0.0, 0.04), (0.03, 0.05), (0.05, 0.08)])
+def test_a_bore_worn_in_one_place_is_found_where_a_leak_alike_all_along_is_not(place_m: float, way_m: float) -> None:
+    problem = crept(place_m, way_m)
+    worn, plain = (fitted(problem, Candidate("leakage", also=also), PISTON) for also in (WORN, ()))
+    assert worn.rss < min(0.02 * plain.rss, 2.0 * len(problem.measured))
+    numbers = worn.path.effect("leakage").parameters
+    assert numbers["worn_at"] == pytest.approx(place_m, abs=0.05 * way_m)
+    assert numbers["worn"] == pytest.approx(0.8, abs=0.1)

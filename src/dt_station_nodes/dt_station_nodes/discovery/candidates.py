@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
-from .further_forms import AT_REST, FURTHER, further_starts
-from .place_starts import limit_starts, spring_starts, stop_starts, store_starts
+from .further_forms import BY_LOAD, FURTHER, further_starts
+from .place_starts import limit_starts, spring_starts, stop_starts, store_starts, wear_starts
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
 from .stick_slip import breakaways_v
@@ -40,6 +40,7 @@ _BY_LOAD = ("leakage", "against")
 BY_ITSELF = ("backlash", "give")
 _MOST_PAIRS = 150
 _STOPS = ("limit", "lower_limit", "standing")
+_WORN = ("worn_at", "worn_bend")
 _STORES = ("curvature", "reference", "inlet_curvature")
 _FINE_STARTS = 16
 _SLIPS = (0.12, 0.15, 0.18, 0.22, 0.26, *(0.3 + 0.035 * k for k in range(20)))
@@ -109,7 +110,7 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
             found += [Candidate(name, at, also=also) for at in places]
             formed = any(p.apart and not p.tried_first for p in effect.parameters) and (name, channel) not in _ONE_FORM
             found += [Candidate(name, effect.apart_at, apart=True)] * (apart and formed)
-            further = (form for *of, form in FURTHER if of == [name, channel] and (loaded or form != AT_REST))
+            further = (form for *of, form in FURTHER if of == [name, channel] and (loaded or form not in BY_LOAD))
             found += [Candidate(name, also=form) for form in further if apart]
     return tuple(found)
 
@@ -153,6 +154,8 @@ def grid(
         return [float(np.mean(problem.simulator.voltage_v))]
     if candidate.name == "overflow" and name in _STOPS:
         return stop_starts(problem, path, parameter, unit)
+    if candidate.name == "leakage" and name in _WORN:
+        return wear_starts(problem, path, parameter)
     if candidate.name == "square_root_outflow" and name in _STORES and not problem.windows.anchored:
         return store_starts(problem, path, parameter)
     if fine and candidate.name == "friction" and parameter.grain_on(problem.channel) > 0.0:

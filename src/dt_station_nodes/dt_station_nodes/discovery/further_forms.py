@@ -16,6 +16,10 @@ SHAKEN = ("share", "washout_s")
 # A piston that does not creep at the rest pressure, as a valve set there sees to: nothing leads there from one that
 # does beside another effect.
 AT_REST = ("base",)
+# A bore worn in one place: elsewhere the plain form's sag takes what differs along the stroke, and nothing leads on.
+WORN = ("base", "lag_s", "worn", "worn_at", "worn_bend")
+# Forms that need a load that moves.
+BY_LOAD = (AT_REST, WORN)
 
 FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     # A valve that works about a voltage bends from there, softly: sharp limits come nowhere near.
@@ -25,6 +29,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     # A valve set at rest makes up for what leaks there: a large leak that is not made up for would bend all else first.
     ("leakage", Channel.PRESSURE, ("made_up",)),
     ("leakage", Channel.POSITION, AT_REST),
+    ("leakage", Channel.POSITION, WORN),
     # A spool on an oil film never sticks, nor does one held by bristles, so that no stairs lead to them.
     ("friction", Channel.PRESSURE, ("creep_velocity",)),
     ("friction", Channel.PRESSURE, BRISTLES),
@@ -50,6 +55,13 @@ _STARTS: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {
     BRISTLES: _BRISTLED,
     GRIPPING_BRISTLES: _BRISTLED,
     SHAKEN: {"share": (0.1, 0.5), "washout_s": (0.03, 0.2)},
+    WORN: {
+        "coefficient": (0.02, 0.2, -0.1),
+        "turbulence": (0.0,),
+        "sag_per_s": (0.0,),
+        "base": (0.0, 1.0),
+        "lag_s": (0.02,),
+    },
 }
 _SPREADS = (0.0, 1.0)
 _WIDTHS = (0.03, 0.07, 0.15, 0.3)  # times the voltage's largest way from its mean,

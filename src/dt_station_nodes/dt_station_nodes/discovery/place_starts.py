@@ -11,6 +11,8 @@ _INWARDS = (0.02, 0.1, 0.25)  # of the run's way
 _HISS = 2.0  # times the noise, by which a run goes beyond a stop that it only just meets
 # A run that moves less than this of its way from a spring's place sees a small part of its curve.
 _FAR = 0.5
+_WORN_AT = (-0.6, -0.3, 0.0, 0.3, 0.6)  # of half the run's way, from its middle,
+_WORN_BENDS = (1.0, 2.0, 4.0)  # the inverse of it
 _BELOW = (1.2, 2.0, 4.0)  # times the way from the run's mean down to its lowest level: where a store is empty
 _OUT_OF_REACH = 2.0  # times the highest voltage
 _CUT_OFF = (0.05, 0.15, 0.3, 0.5)  # of the voltage's range
@@ -76,3 +78,12 @@ def store_starts(problem: Problem, path: PathSpec, parameter: Parameter) -> list
         return [mean - path.rest]
     down = max(mean - float(np.min(problem.measured)), problem.negligible)
     return [0.5 / (share * down) for share in _BELOW]
+
+
+def wear_starts(problem: Problem, path: PathSpec, parameter: Parameter) -> list[float]:
+    """Where a worn place of the bore, and how soon its wear ends, begin: somewhere along the run's way."""
+    low, high = (float(end(problem.measured)) - path.rest for end in (np.min, np.max))
+    half = max(0.5 * (high - low), problem.negligible)
+    if parameter.quantity is Quantity.PER_OUTPUT:
+        return [bend / half for bend in _WORN_BENDS]
+    return [0.5 * (low + high) + share * half for share in _WORN_AT]

@@ -159,6 +159,19 @@ def test_a_gap_that_widens_loses_more_than_in_proportion() -> None:
     assert lost(4.0) > 3.0 * lost(2.0) > 0.0
 
 
+def test_a_bore_worn_in_one_place_leaks_there_as_the_plain_form_does_and_less_elsewhere() -> None:
+    def creep(place_m: float, **form: float) -> float:
+        leak = having(POSITION, "leakage", coefficient=1e-9, **form)
+        still = PathSimulator(Channel.POSITION, STEP_S, np.zeros(200), np.full(200, 2e6), 1e6, place_m)
+        return float(np.ptp(still.simulate(leak)))
+
+    worn = {"worn": 0.8, "worn_at": 0.1, "worn_bend": 30.0}
+    plain = creep(0.1)
+    assert creep(0.1, **worn) == pytest.approx(plain, rel=1e-2)
+    assert creep(0.1 + 1.0 / 30.0, **worn) == pytest.approx(plain * (0.2 + 0.8 / np.e), rel=5e-2)
+    assert creep(-0.1, **worn) == pytest.approx(0.2 * plain, rel=1e-2)
+
+
 def test_a_pressure_that_rises_quicker_than_it_falls_ends_at_the_same() -> None:
     voltage = np.repeat([0.0, 3.0, 0.0], [50, 400, 400])
     plain = pressure(voltage, PRESSURE)

@@ -54,6 +54,9 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[OWN_LOAD] > 0.0:
         # What is lost within the sub-step counts half.
         flow = _through(p, warmed, pressure - 0.5 * per_flow * flow, c[REST]) - made_up
+    if store and p[11] != 0.0:
+        gape = p[13] * (halfway(c) - p[12])
+        flow *= 1.0 - p[11] + p[11] * math.exp(-gape * gape)
     if store and p[9] != 0.0:
         flow *= 1.0 - p[9] + p[9] * _way(c[FREE_VELOCITY] - c[LOAD_VELOCITY], flow, p[10])
     if store and sag != 0.0:
@@ -186,6 +189,36 @@ EFFECT = Effect(
             0.0,
             1.0,
             (0.05,),
+            optional=True,
+            channels=(Channel.POSITION,),
+        ),
+        Parameter(
+            "worn",
+            Quantity.RATIO,
+            "share of the leak that is there about a worn place of the bore only",
+            0.0,
+            1.0,
+            (0.7,),
+            optional=True,
+            channels=(Channel.POSITION,),
+        ),
+        Parameter(
+            "worn_at",
+            Quantity.OUTPUT,
+            "that place, along the stroke",
+            -2.0,
+            2.0,
+            (0.0,),
+            optional=True,
+            channels=(Channel.POSITION,),
+        ),
+        Parameter(
+            "worn_bend",
+            Quantity.PER_OUTPUT,
+            "how soon the wear ends to either side of it: one over the way in which it falls to a third",
+            0.0,
+            20.0,
+            (1.0,),
             optional=True,
             channels=(Channel.POSITION,),
         ),
