@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import signal
 from scipy.signal import cont2discrete, tf2ss
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -89,6 +90,18 @@ def test_a_coil_whose_core_saturates_is_found_with_its_numbers(knee_v: float) ->
     numbers = lag.path.effect("extra_lag").parameters
     assert numbers["time_constant_s"] == pytest.approx(0.15, rel=0.05)
     assert numbers["saturation"] == pytest.approx(1.0 / knee_v, rel=0.05)
+
+
+def test_what_passes_a_lag_by_in_part_is_found_where_bent_nominal_numbers_hide_it() -> None:
+    servo, passed, behind = 1.2 * signal.sawtooth(1.2 * SAMPLED, 0.5), [], -1.2
+    for voltage in servo:
+        passed.append(0.55 * voltage + 0.45 * behind)
+        behind += FINE_S * (voltage - behind) / 0.23
+    problem = moved(servo, np.zeros_like(servo), np.array(passed))
+    form, plain = (fitted(problem, Candidate("extra_lag", also=a), PISTON) for a in (("straight",), ()))
+    assert form.rss < min(0.7 * plain.rss, 1.1 * len(problem.measured))
+    numbers = form.path.effect("extra_lag").parameters
+    assert (numbers["time_constant_s"], numbers["straight"]) == pytest.approx((0.23, 0.55), rel=0.03)
 
 
 def test_amplifiers_that_share_a_ground_are_found_where_a_voltage_added_explains_nothing() -> None:

@@ -8,16 +8,19 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from valves import BARE, SPEC, TIME_S, WAVES, answered
+from valves import BARE, PAPER, SPEC, TIME_S, WAVES, answered
 
 from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import PathSimulator
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.problem import make_problem
-from dt_station_nodes.discovery.stick_slip import breakaways_v, stepped
+from dt_station_nodes.discovery.stick_slip import breakaways_v, edged, stepped
 from dt_station_nodes.discovery.terms import nominal_terms
+
+PISTON = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (), "disturbance": None})
 
 
 def run(stuck_v: float, slid_v: float, wave: int) -> Run:
@@ -124,3 +127,25 @@ def test_stairs_with_many_steps_are_found_from_far() -> None:
     spool = fit.path.effect("friction").parameters
     assert spool["coulomb_v"] == pytest.approx(0.45, rel=0.02)
     assert spool["slip"] == pytest.approx(1.0 - 0.344 / 0.45, abs=0.01)
+
+
+@pytest.mark.parametrize(("low_v", "high_v"), [(-0.65, 0.65), (-0.3, 0.9)])
+def test_the_edges_of_a_band_that_jumps_open_are_found_between_a_runs_voltages(low_v: float, high_v: float) -> None:
+    servo = 1.6 * np.sin(2.0 * np.pi * 0.23 * TIME_S)
+    acts = np.where((servo > low_v) & (servo < high_v), 0.0, servo - 0.5 * (low_v + high_v))
+    position = PathSimulator(Channel.POSITION, 0.02, acts, np.zeros(0), 1e6, 0.0).simulate(PISTON)
+    position = position + 3e-4 * np.random.default_rng(2).standard_normal(len(position))
+    problem = make_problem(
+        Run(0.02, {"servo_voltage_v": servo, "position_m": position}), PAPER, Channel.POSITION, DiscoverySettings()
+    )
+    band = Candidate("dead_zone", also=("centre_v",))
+    free = {band.name: band.required}
+    begun = {"half_width_v": 0.93 * 0.5 * (high_v - low_v), "centre_v": 0.5 * (high_v + low_v) + 0.03, "restored": 0.95}
+    like = hypothesis(problem, add_effect(PISTON, band, begun), nominal_terms(PISTON, problem.signal), free)
+    fit = fit_hypothesis(problem, like, [like.start()], 20)
+    moved = edged(problem, fit)
+    assert moved.rss < min(0.8 * fit.rss, 1.1 * len(servo))
+    found = moved.path.effect("dead_zone").parameters
+    between = servo.max() * 2.0 * np.pi * 0.23 * 0.02
+    for sign, edge in ((-1.0, low_v), (1.0, high_v)):
+        assert found["centre_v"] + sign * found["half_width_v"] == pytest.approx(edge, abs=between)

@@ -36,6 +36,9 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("friction", Channel.PRESSURE, GRIPPING_BRISTLES),
     # What a saturating coil does to a piston's way parameters off bend to, all but its lag.
     ("extra_lag", Channel.POSITION, ("saturation",)),
+    # What passes a lag by in part does so too, but for the run's own waveform.
+    ("extra_lag", Channel.PRESSURE, ("straight",)),
+    ("extra_lag", Channel.POSITION, ("straight",)),
     # What acts as a gain leaves nothing of a voltage that is merely added.
     ("cross_coupling", Channel.POSITION, ("gain_per_v",)),
     ("resonance", Channel.PRESSURE, SHAKEN),

@@ -1,4 +1,4 @@
-"""Where fits of a spool that sticks and slips begin: its stairs are so jagged that none gets far."""
+"""Where fits of a spool that sticks and slips, or of a valve that jumps open, begin: on stairs none gets far."""
 
 from dataclasses import replace
 from itertools import product
@@ -13,7 +13,7 @@ from .problem import Problem
 
 Array = NDArray[np.float64]
 
-_NAME = "friction"
+_NAME, _BAND = "friction", "dead_zone"
 _FURTHEST = 0.97  # quantile of how far the spool stays behind
 _LEVELS = np.geomspace(0.85, 1.6, 26)  # of that, as noise and lag blur it and bent parameters hide a part
 _STEP_V = 1e-3
@@ -22,6 +22,10 @@ _FINER, _STEPS = (0.004, 0.006), np.arange(-4, 5)
 _ROUNDS = 4
 # Wide about it: levels, times its own, and slips, so close that the last of a ramp's jumps falls where it fell.
 _WIDE, _SLIPS = 1.0 + 0.005 * np.arange(-20, 21), np.geomspace(0.1, 0.98, 93)
+# Of a band's half width, by which the edges of one that jumps open are moved: no fit sees them between two voltages.
+_EDGES, _MOVES = (0.03, 0.01, 0.002), np.arange(-6, 7)
+_BETTER = 1e-3  # of the cost
+_JUMPS = 0.5  # share of the band that comes back at once
 _CLIMBED = 0.5  # times the cost of the base: what explains less of the run than that is on no stairs
 
 
@@ -44,8 +48,9 @@ def climbed(problem: Problem, added: tuple[str, ...], fit: Fit, base: Fit, far: 
 
     `far`: of all stairs that may be, as nothing is known of them yet.
     """
-    single = len(added) == 1 and sticks(problem, added)
-    return stepped(problem, fit, far) if single and fit.fitted.cost < _CLIMBED * base.fitted.cost else fit
+    if len(added) != 1 or fit.fitted.cost >= _CLIMBED * base.fitted.cost:
+        return fit
+    return stepped(problem, fit, far) if sticks(problem, added) else edged(problem, fit)
 
 
 def stepped(problem: Problem, fit: Fit, far: bool = False) -> Fit:
@@ -53,8 +58,7 @@ def stepped(problem: Problem, fit: Fit, far: bool = False) -> Fit:
 
     `far`: from the best of many.
     """
-    names = [fit.path.effects[t.effect].name if t.effect >= 0 else "" for t in fit.hypothesis.terms]
-    places = {t.name: i for i, (t, name) in enumerate(zip(fit.hypothesis.terms, names, strict=True)) if name == _NAME}
+    places = _places(fit, _NAME)
     level, slip = places.get("coulomb_v"), places.get("slip")
     if level is None or slip is None:
         return fit
@@ -72,6 +76,36 @@ def stepped(problem: Problem, fit: Fit, far: bool = False) -> Fit:
         if found.fitted.cost >= fit.fitted.cost:
             break
         fit = found
+    return fit
+
+
+def _places(fit: Fit, name: str) -> dict[str, int]:
+    """Where the numbers of an effect of that name stand in a fit's, by their own names."""
+    terms = enumerate(fit.hypothesis.terms)
+    return {t.name: i for i, t in terms if t.effect >= 0 and fit.path.effects[t.effect].name == name}
+
+
+def edged(problem: Problem, fit: Fit) -> Fit:
+    """A fit of a dead zone that jumps open with its edges moved to the best about them, until none is better."""
+    places = _places(fit, _BAND)
+    half, middle, jump = (places.get(name) for name in ("half_width_v", "centre_v", "restored"))
+    if half is None or jump is None or fit.fitted.x[jump] < _JUMPS:
+        return fit
+    steps = [part for part in _EDGES for _ in range(_ROUNDS)]
+    while steps:
+        starts, finer = [], steps.pop(0)
+        for lower, upper in product(_MOVES, _MOVES) if middle is not None else zip(-_MOVES, _MOVES, strict=True):
+            x = fit.fitted.x.copy()
+            step = 0.5 * finer * x[half]
+            x[half] += step * (upper - lower)
+            if middle is not None:
+                x[middle] += step * (upper + lower)
+            starts.append(x)
+        found = fit_hypothesis(problem, fit.hypothesis, starts, keep=2)
+        if found.fitted.cost >= fit.fitted.cost * (1.0 - _BETTER):
+            steps = [part for part in steps if part < finer]
+        else:
+            fit = found
     return fit
 
 
