@@ -93,7 +93,7 @@ def test_a_coil_whose_core_saturates_is_found_with_its_numbers(knee_v: float) ->
 
 
 def test_what_passes_a_lag_by_in_part_is_found_where_bent_nominal_numbers_hide_it() -> None:
-    servo, passed, behind = 1.2 * signal.sawtooth(1.2 * SAMPLED, 0.5), [], -1.2
+    servo, passed, behind = 1.2 * signal.sawtooth(1.2 * SAMPLED + 0.5 * np.pi, 0.5), [], 0.0
     for voltage in servo:
         passed.append(0.55 * voltage + 0.45 * behind)
         behind += FINE_S * (voltage - behind) / 0.23

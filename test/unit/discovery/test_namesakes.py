@@ -118,12 +118,13 @@ def test_what_stops_a_positions_reading_and_not_the_piston_may_be_its_sensors_ra
         ({"upper_v": 2.4, "passing": 0.3}, ()),
     ],
 )
+@pytest.mark.parametrize("channel", Channel)
 def test_a_curve_that_bends_softly_and_meets_no_limit_may_be_a_spring(
-    form: dict[str, float], also: tuple[str, ...]
+    channel: Channel, form: dict[str, float], also: tuple[str, ...]
 ) -> None:
-    path = PAPER.with_effect(Channel.PRESSURE, "saturation", {"lower_v": -1e9, **form}).paths[Channel.PRESSURE]
-    assert namesakes(path, ("saturation",), Channel.PRESSURE, SCALES) == (also,)
-    assert namesakes(path, ("saturation", "cubic_stiffness"), Channel.PRESSURE, SCALES)[0] == ()
+    path = PAPER.with_effect(channel, "saturation", {"lower_v": -1e9, **form}).paths[channel]
+    assert namesakes(path, ("saturation",), channel, SCALES) == (also,)
+    assert namesakes(path, ("saturation", "cubic_stiffness"), channel, SCALES)[0] == ()
 
 
 @pytest.mark.parametrize(

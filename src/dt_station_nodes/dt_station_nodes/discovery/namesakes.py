@@ -31,10 +31,10 @@ def namesakes(
     its spool does, held by dry friction. Play there whose contact gives or whose load coasts is a spool with mass that
     is held. What stops a position's reading alone, while the piston goes on, is its sensor's range. Several plays that
     all of a voltage goes through are a linkage of several joints, or a spool whose friction yields before it slides.
-    A pressure valve whose curve bends softly and meets no limit in the run is held by a spring that hardens. A pressure
-    that lags more one way is one that fills quicker than it vents. One that answers less from some voltage on is one
-    whose relief valve opens there and lets it rise on. A relief valve that leaves most of what comes on top is a seal
-    that gives way.
+    A valve whose curve bends softly and meets no limit in the run is held by a spring that hardens. A pressure that
+    lags more one way is one that fills quicker than it vents. One that answers less from some voltage on is one whose
+    relief valve opens there and lets it rise on. A relief valve that leaves most of what comes on top is a seal that
+    gives way.
     """
     peak = scales[Quantity.INPUT_PEAK]
     found = {effect.name: _names(effect, path, added, channel, peak) for effect in path.effects}
@@ -44,7 +44,7 @@ def namesakes(
 def _names(
     effect: EffectSpec, path: PathSpec, added: tuple[str, ...], channel: Channel, peak_v: float
 ) -> tuple[str, ...]:
-    if channel is Channel.PRESSURE and _only_bends(effect, peak_v) and "cubic_stiffness" not in added:
+    if _only_bends(effect, peak_v) and "cubic_stiffness" not in added:
         return ("cubic_stiffness",)
     if channel is Channel.PRESSURE and _one_way(effect) and "asymmetric_gain" not in added:
         return ("asymmetric_gain",)
