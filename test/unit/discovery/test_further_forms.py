@@ -1,6 +1,7 @@
 """Forms that no fit reaches from an effect's plain one are candidates of their own, with starts that do."""
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -144,18 +145,14 @@ def test_a_piston_has_a_leak_of_a_form_that_its_load_shows_only_where_that_moves
     assert of_load not in library(Channel.POSITION)
 
 
-def crept(place_m: float, way_m: float) -> Problem:
-    """A piston whose bore is worn about a place, past which its load pushes oil; elsewhere a fifth of that."""
+def crept(load: np.ndarray, lost_v: Callable[[float, float], float]) -> Problem:
+    """A piston past which a load (Pa) pushes oil: `lost_v` of where it is (m) and of the load."""
     numerator = PISTON.scale * PISTON.gain * np.asarray(PISTON.numerator)
-    scales = PISTON.time_scale ** np.arange(len(PISTON.denominator) - 1, -1, -1.0)
-    a, b, c, *_ = cont2discrete(tf2ss(numerator, PISTON.denominator * scales), FINE_S)
-    servo, load = 0.9 * np.sin(1.9 * SAMPLED), 1e6 * (1.0 + 0.8 * np.sign(np.sin(0.83 * SAMPLED)))
-    state, position = np.zeros((len(a), 1)), []
+    a, b, c, *_ = cont2discrete(tf2ss(numerator, PISTON.denominator), FINE_S)
+    servo, state, position = 0.9 * np.sin(1.9 * SAMPLED), np.zeros((len(a), 1)), []
     for voltage, pressure in zip(servo, load, strict=True):
-        place = float((c @ state)[0, 0])
-        position.append(place)
-        worn = 0.5 + 0.5 * np.cos(np.clip(np.pi * (place - place_m) / way_m, -np.pi, np.pi))
-        state = a @ state + b * (voltage - 0.3e-6 * (pressure - 1e6) * (0.2 + 0.8 * worn))
+        position.append(float((c @ state)[0, 0]))
+        state = a @ state + b * (voltage - lost_v(position[-1], float(pressure)))
     measured = np.array(position)[::FINER]
     measured += 1e-4 * np.random.default_rng(3).standard_normal(len(measured))
     signals = {"servo_voltage_v": servo[::FINER], "pressure_pa": load[::FINER], "position_m": measured}
@@ -164,9 +161,23 @@ def crept(place_m: float, way_m: float) -> Problem:
 
 @pytest.mark.parametrize(("place_m", "way_m"), [(0.0, 0.04), (0.03, 0.05), (0.05, 0.08)])
 def test_a_bore_worn_in_one_place_is_found_where_a_leak_alike_all_along_is_not(place_m: float, way_m: float) -> None:
-    problem = crept(place_m, way_m)
+    def lost_v(at_m: float, load_pa: float) -> float:
+        worn = 0.5 + 0.5 * np.cos(np.clip(np.pi * (at_m - place_m) / way_m, -np.pi, np.pi))
+        return 0.3e-6 * (load_pa - 1e6) * (0.2 + 0.8 * float(worn))
+
+    problem = crept(1e6 * (1.0 + 0.8 * np.sign(np.sin(0.83 * SAMPLED))), lost_v)
     worn, plain = (fitted(problem, Candidate("leakage", also=also), PISTON) for also in (WORN, ()))
     assert worn.rss < min(0.02 * plain.rss, 2.0 * len(problem.measured))
     numbers = worn.path.effect("leakage").parameters
     assert numbers["worn_at"] == pytest.approx(place_m, abs=0.05 * way_m)
     assert numbers["worn"] == pytest.approx(0.8, abs=0.1)
+
+
+@pytest.mark.parametrize("opens_pa", [1.4e6, 2.3e6])
+def test_a_seal_that_gives_way_at_a_pressure_is_found_with_it(opens_pa: float) -> None:
+    load = 1e6 * (1.7 + 1.6 * signal.sawtooth(0.83 * SAMPLED, 0.5))
+    problem = crept(load, lambda _, load_pa: 0.25e-6 * max(load_pa - opens_pa, 0.0))
+    forms = (("base", "lag_s", "opens"), ("base", "lag_s"))
+    seal, plain = (fitted(problem, Candidate("leakage", also=also), PISTON) for also in forms)
+    assert seal.rss < min(0.2 * plain.rss, 1.2 * len(problem.measured))
+    assert seal.path.effect("leakage").parameters["base"] == pytest.approx(opens_pa / 1e6, rel=0.02)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from dt_station_nodes.discovery.candidates import Candidate
+from dt_station_nodes.discovery.further_forms import AT_REST, WORN
 from dt_station_nodes.discovery.selection import Bench, Explanation
 from dt_station_nodes.discovery.tasks import SETTLED, StoppedError, Task, against, best_of, each
 from dt_station_nodes.discovery.workers import ALONE
@@ -38,6 +39,14 @@ def test_the_best_keep_their_order_and_a_form_apart_takes_no_ones_place() -> Non
     tasks = [task("friction", 9.0), task("dead_zone", 3.0, apart=True), task("bias", 4.0), task("delay", 5.0)]
     chosen, others = best_of(tasks, 2)
     assert [t.candidate.name for t in chosen] == ["dead_zone", "bias", "delay"]
+    assert [t.candidate.name for t in others] == ["friction"]
+
+
+def test_a_further_form_takes_no_ones_place() -> None:
+    more = [Task(BASE, Candidate("leakage", also=form), seen=explained(3.0)) for form in (AT_REST, WORN)]
+    tasks = [task("friction", 9.0), *more, task("bias", 4.0), task("delay", 5.0)]
+    chosen, others = best_of(tasks, 2)
+    assert [t.candidate.name for t in chosen] == ["leakage", "leakage", "bias", "delay"]
     assert [t.candidate.name for t in others] == ["friction"]
 
 

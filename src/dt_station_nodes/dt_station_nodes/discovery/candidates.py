@@ -1,10 +1,8 @@
 """The hypotheses: each effect of the library at each of its places, with the starts its fit begins from."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +14,12 @@ from .further_forms import BY_LOAD, FURTHER, further_starts
 from .place_starts import limit_starts, spring_starts, stop_starts, store_starts, wear_starts
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
+from .start_groups import drawn
 from .stick_slip import breakaways_v
 from .terms import Hypothesis, Term
 from .valve_curve import flattest_v, kinks_v
 
 Array = NDArray[np.float64]
-T = TypeVar("T")
 Freed = Mapping[str, tuple[str, ...]]
 
 # A cylinder stands still at 0 V: its valve works about no other voltage; no slow store feeds what leaks past its
@@ -71,6 +69,11 @@ class Candidate:
     def place(self) -> Attachment:
         """Where it is tried: `at`, or the effect's usual place."""
         return self.at or self.effect.attachment
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is the form that others of its effect stand beside."""
+        return not (self.apart or any((self.name, self.also) == (name, form) for name, _, form in FURTHER))
 
     @property
     def required(self) -> tuple[str, ...]:
@@ -242,11 +245,3 @@ def all_starts(problem: Problem, path: PathSpec, candidate: Candidate, residual:
         grids.append(list(dict.fromkeys([*neutral, *starts])))
     combinations = drawn(list(product(*grids)), _MOST_PAIRS)
     return [add_effect(path, candidate, dict(zip(names, c, strict=True))) for c in combinations]
-
-
-def drawn(combinations: list[T], most: int) -> list[T]:
-    """At most so many, evenly; a step that shares a factor with a grid would leave out values of it."""
-    step = -(-len(combinations) // most)
-    while math.gcd(step, len(combinations)) > 1:
-        step += 1
-    return combinations[::step]

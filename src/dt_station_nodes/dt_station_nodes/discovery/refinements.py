@@ -12,9 +12,10 @@ from ..core.channels import Channel
 from ..core.models import PathSpec
 from ..core.models.effects import Attachment, Quantity
 from .beginnings import BEGINS, beginnings, has_begin
-from .candidates import BY_ITSELF, Candidate, add_effect, drawn, grid
+from .candidates import BY_ITSELF, Candidate, add_effect, grid
 from .problem import Problem
 from .settling import SETTLING, heated_drift, settling_drift
+from .start_groups import drawn
 from .terms import Term
 from .timing import DRIFT, seen_timing, softer
 

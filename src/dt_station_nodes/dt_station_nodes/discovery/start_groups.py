@@ -1,6 +1,8 @@
 """Starts of a fit in groups: between them there is no way down, so each group is begun from its own best."""
 
+import math
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +12,7 @@ from .hypothesis_fit import Fit
 from .terms import Hypothesis, Term
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 _EITHER = (0.0, 1.0)  # starts of a choice between two forms
 NEAR = 0.5  # of their priors' widths: nominal parameters bent no further are where they were given
@@ -50,3 +53,11 @@ def _choice(like: Hypothesis, forms: set[str]) -> int | None:
     effect = registry()[like.path.effects[last].name]
     forms = forms | {p.name for p in effect.parameters if p.apart and p.starts == _EITHER}
     return next((i for i, t in enumerate(like.terms) if t.effect == last and t.name in forms), None)
+
+
+def drawn(combinations: list[T], most: int) -> list[T]:
+    """At most so many, evenly; a step that shares a factor with a grid would leave out values of it."""
+    step = -(-len(combinations) // most)
+    while math.gcd(step, len(combinations)) > 1:
+        step += 1
+    return combinations[::step]

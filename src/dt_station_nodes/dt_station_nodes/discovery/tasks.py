@@ -84,10 +84,11 @@ def _cost(task: Task) -> float:
 def best_of(tasks: Sequence[Task], most: int) -> tuple[list[Task], list[Task]]:
     """The `most` tasks of least cost in their order, and the others.
 
-    Forms apart take no one's place; a single effect's brings the plain one along, which may be all that is to be named.
+    Further forms and those apart take no one's place; a single effect's apart brings the plain one along, which may be
+    all that is to be named.
     """
     order = sorted(range(len(tasks)), key=lambda i: (_cost(tasks[i]), i))
-    plain = np.cumsum([not tasks[i].candidate.apart for i in order])
+    plain = np.cumsum([tasks[i].candidate.plain for i in order])
     chosen = {i for i, before in zip(order, plain, strict=True) if before <= most}
     apart = {_place(tasks[i]) for i in chosen if tasks[i].candidate.apart and not tasks[i].base.added}
     chosen |= {i for i in order if _place(tasks[i]) in apart}

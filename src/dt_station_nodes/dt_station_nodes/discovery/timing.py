@@ -39,7 +39,6 @@ SMALL = 0.1
 _SMALL_V = 1e-3
 # How what comes in the course of a run comes, at first: nearly at once.
 _COMES = {"jump_lag_s": 0.05, "jump_even": 0.0}
-_HARMONICS = 3
 _GRADUALLY_S = (0.2, 0.8)
 _NO_OFFSET = {"bias_v": 0.0, "settling_s": 0.0, "jump_v": 0.0}
 
@@ -184,8 +183,8 @@ def _second_tone(problem: Problem, path: PathSpec, spec: EffectSpec) -> dict[str
     residual, whole = problem.residual(path), problem.residual(without(path, spec.name))
     beyond = float(residual @ residual) - len(residual) * problem.noise**2
     frequency_hz = spectral_peaks(residual, problem.simulator.sample_time_s, 1)[0]
-    orders = np.arange(_HARMONICS + 1) * spec.parameters["frequency_hz"]
-    apart = float(np.abs(orders - frequency_hz).min()) * problem.length_s
+    # One of twice its frequency may be another machine's all the same, whose phase is its own in each run.
+    apart = min(frequency_hz, abs(frequency_hz - spec.parameters["frequency_hz"])) * problem.length_s
     if apart < APART_TURNS or problem.excited_at(frequency_hz, APART_TURNS):
         return {}
     numbers = {"second_share": SMALL, "second_hz": frequency_hz}

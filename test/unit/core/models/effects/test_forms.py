@@ -172,6 +172,17 @@ def test_a_bore_worn_in_one_place_leaks_there_as_the_plain_form_does_and_less_el
     assert creep(-0.1, **worn) == pytest.approx(0.2 * plain, rel=1e-2)
 
 
+def test_a_seal_that_gives_way_leaks_above_its_pressure_only() -> None:
+    def creep(load_pa: float, **form: float) -> float:
+        leak = having(POSITION, "leakage", coefficient=1e-9, base=1.5, **form)
+        still = PathSimulator(Channel.POSITION, STEP_S, np.zeros(200), np.full(200, load_pa), 1e6, 0.0)
+        return float(still.simulate(leak)[-1])
+
+    assert creep(2.5e6, opens=1.0) == pytest.approx(creep(2.5e6), rel=1e-9)
+    assert creep(2.5e6) < 0.0 < creep(1.2e6)
+    assert creep(1.2e6, opens=1.0) == 0.0
+
+
 def test_a_pressure_that_rises_quicker_than_it_falls_ends_at_the_same() -> None:
     voltage = np.repeat([0.0, 3.0, 0.0], [50, 400, 400])
     plain = pressure(voltage, PRESSURE)

@@ -28,6 +28,8 @@ from .effect import Attachment, Effect, Parameter, Quantity
 
 @njit(cache=True)
 def _through(p: Doubles, warmed: float, pressure: float, rest: float) -> float:
+    if p[14] > 0.5:
+        pressure = max(pressure, 0.0)
     # The turbulent law is scaled to meet the laminar one at the rest pressure.
     turbulent = math.copysign(math.sqrt(abs(pressure) * max(rest, 1.0)), pressure)
     widened = 1.0 + p[6] * max(pressure, 0.0)
@@ -106,7 +108,7 @@ EFFECT = Effect(
             Quantity.RATIO,
             "pressure at which nothing leaks, over the rest pressure",
             0.0,
-            2.0,
+            5.0,
             (1.0,),
             optional=True,
             apart=True,
@@ -221,6 +223,17 @@ EFFECT = Effect(
             (1.0,),
             optional=True,
             channels=(Channel.POSITION,),
+        ),
+        Parameter(
+            "opens",
+            Quantity.RATIO,
+            "1: it leaks above that pressure only, past a seal that gives way there",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            channels=(Channel.POSITION,),
+            usual=(1.0,),
         ),
     ),
     step=_step,
