@@ -18,7 +18,7 @@ from dt_station_nodes.core.models import PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, library, plain_starts
-from dt_station_nodes.discovery.further_forms import BELL, BY_LOAD, FURTHER, SHAKEN, WORN
+from dt_station_nodes.discovery.further_forms import BELL, BY_LOAD, FURTHER, KNEE, SHAKEN, WORN
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.terms import nominal_terms
@@ -145,17 +145,23 @@ def test_a_piston_has_a_leak_of_a_form_that_its_load_shows_only_where_that_moves
     assert of_load not in library(Channel.POSITION)
 
 
+def driven(path: PathSpec, voltage: np.ndarray, acting_v: Callable[[int, float], float], noise: float) -> np.ndarray:
+    """Sampled output above rest of a path on which another voltage acts, of the step and of its output, with noise."""
+    numerator = path.scale * path.gain * np.asarray(path.numerator)
+    a, b, c, *_ = cont2discrete(tf2ss(numerator, path.denominator), FINE_S)
+    state, output = np.zeros((len(a), 1)), []
+    for k in range(len(voltage)):
+        output.append(float((c @ state)[0, 0]))
+        state = a @ state + b * acting_v(k, output[-1])
+    measured = np.array(output)[::FINER]
+    return np.asarray(measured + noise * np.random.default_rng(3).standard_normal(len(measured)))
+
+
 def crept(load: np.ndarray, lost_v: Callable[[float, float], float]) -> Problem:
     """A piston past which a load (Pa) pushes oil: `lost_v` of where it is (m) and of the load."""
-    numerator = PISTON.scale * PISTON.gain * np.asarray(PISTON.numerator)
-    a, b, c, *_ = cont2discrete(tf2ss(numerator, PISTON.denominator), FINE_S)
-    servo, state, position = 0.9 * np.sin(1.9 * SAMPLED), np.zeros((len(a), 1)), []
-    for voltage, pressure in zip(servo, load, strict=True):
-        position.append(float((c @ state)[0, 0]))
-        state = a @ state + b * (voltage - lost_v(position[-1], float(pressure)))
-    measured = np.array(position)[::FINER]
-    measured += 1e-4 * np.random.default_rng(3).standard_normal(len(measured))
-    signals = {"servo_voltage_v": servo[::FINER], "pressure_pa": load[::FINER], "position_m": measured}
+    servo = 0.9 * np.sin(1.9 * SAMPLED)
+    position = driven(PISTON, servo, lambda k, at_m: float(servo[k]) - lost_v(at_m, float(load[k])), 1e-4)
+    signals = {"servo_voltage_v": servo[::FINER], "pressure_pa": load[::FINER], "position_m": position}
     return make_problem(Run(FINE_S * FINER, signals), PAPER, Channel.POSITION, DiscoverySettings())
 
 
@@ -181,3 +187,19 @@ def test_a_seal_that_gives_way_at_a_pressure_is_found_with_it(opens_pa: float) -
     seal, plain = (fitted(problem, Candidate("leakage", also=also), PISTON) for also in forms)
     assert seal.rss < min(0.2 * plain.rss, 1.2 * len(problem.measured))
     assert seal.path.effect("leakage").parameters["base"] == pytest.approx(opens_pa / 1e6, rel=0.02)
+
+
+@pytest.mark.parametrize(("knee_pa", "per_pa"), [(2.6e6, 5e-7), (3.2e6, 2e-7)])
+def test_a_pump_that_delivers_less_from_some_pressure_on_is_found_with_it(knee_pa: float, per_pa: float) -> None:
+    volts = 2.4 + 1.8 * signal.sawtooth(2.1 * SAMPLED, 0.5) * (SAMPLED > 0.4) - 2.4 * (SAMPLED < 0.4)
+
+    def delivered_v(k: int, above_pa: float) -> float:
+        return float(volts[k]) * (1.0 - per_pa * max(above_pa + BARE.rest - knee_pa, 0.0))
+
+    pressure = BARE.rest + driven(BARE, volts, delivered_v, 5e3)
+    run = Run(FINE_S * FINER, {"load_voltage_v": volts[::FINER], "pressure_pa": pressure})
+    problem = make_problem(run, SPEC, Channel.PRESSURE, DiscoverySettings())
+    knee, plain = (fitted(problem, Candidate("load_dependent_gain", also=also)) for also in (KNEE, ()))
+    # It begins as the square root of a pressure drop, not as the line that it is.
+    assert knee.rss < 0.1 * plain.rss
+    assert knee.path.effect("load_dependent_gain").parameters["base"] == pytest.approx(knee_pa / 1e6, rel=0.05)

@@ -1,5 +1,7 @@
 """Forms of an effect that no fit reaches from its plain one: each is a candidate of its own."""
 
+import numpy as np
+
 from ..core.channels import Channel
 from ..core.models.effects import Parameter
 from .problem import Problem
@@ -18,6 +20,8 @@ SHAKEN = ("share", "washout_s")
 AT_REST = ("base",)
 # A bore worn in one place: elsewhere the plain form's sag takes what differs along the stroke, and nothing leads on.
 WORN = ("base", "lag_s", "worn", "worn_at", "worn_bend")
+# A pump that delivers less from some pressure on: where all pressures count, nothing leads there.
+KNEE = ("base", "above")
 # Forms that need a load that moves.
 BY_LOAD = (AT_REST, WORN)
 
@@ -30,6 +34,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("leakage", Channel.PRESSURE, ("made_up",)),
     ("leakage", Channel.POSITION, AT_REST),
     ("leakage", Channel.POSITION, WORN),
+    ("load_dependent_gain", Channel.PRESSURE, KNEE),
     # A spool on an oil film never sticks, nor does one held by bristles, so that no stairs lead to them.
     ("friction", Channel.PRESSURE, ("creep_velocity",)),
     ("friction", Channel.PRESSURE, BRISTLES),
@@ -58,6 +63,7 @@ _STARTS: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {
     BRISTLES: _BRISTLED,
     GRIPPING_BRISTLES: _BRISTLED,
     SHAKEN: {"share": (0.1, 0.5), "washout_s": (0.03, 0.2)},
+    KNEE: {"per_load": (0.05, 0.3), "direction": (0.0,), "above": (1.0,)},
     WORN: {
         "coefficient": (0.02, 0.2, -0.1),
         "turbulence": (0.0,),
@@ -66,6 +72,7 @@ _STARTS: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {
         "lag_s": (0.02,),
     },
 }
+_KNEES = (0.2, 0.4, 0.6, 0.8)  # quantiles of the pressure
 _SPREADS = (0.0, 1.0)
 _WIDTHS = (0.03, 0.07, 0.15, 0.3)  # times the voltage's largest way from its mean,
 _BENDS = (0.5, 1.0, 2.0, 4.0)  # the inverse of it
@@ -77,6 +84,9 @@ def further_starts(problem: Problem, also: tuple[str, ...], parameter: Parameter
     """Where a number of a further form begins, of a parameter with the run's `unit`; None: where it usually does."""
     if also == BELL:
         return _bell_starts(problem).get(parameter.name)
+    if also == KNEE and parameter.name == "base":
+        levels = np.quantile(problem.measured, _KNEES) / max(problem.simulator.rest_pa, 1.0)
+        return [float(level) for level in levels]
     shares = _STARTS.get(also, {}).get(parameter.name)
     return None if shares is None else [share * unit for share in shares]
 

@@ -201,6 +201,17 @@ def test_unequal_areas_change_the_way_and_not_when_the_piston_turns() -> None:
     assert position(voltage, unequal)[1:] == pytest.approx(expected, abs=2e-5 * np.ptp(plain))
 
 
+def test_a_pump_that_delivers_less_from_a_pressure_on_is_the_nominal_one_below_it() -> None:
+    knee = {"per_load": 2e-7, "base": 2.5, "linearity": 1.0}
+    low, high = np.full(600, 1.0), np.full(600, 4.0)
+    above = having(PRESSURE, "load_dependent_gain", above=1.0, **knee)
+    both = having(PRESSURE, "load_dependent_gain", **knee)
+    assert np.array_equal(pressure(low, above), pressure(low, PRESSURE))
+    assert pressure(low, both)[-1] > pressure(low, PRESSURE)[-1] + 1e4
+    assert pressure(high, above)[-1] == pytest.approx(pressure(high, both)[-1], rel=1e-9)
+    assert pressure(high, above)[-1] < pressure(high, PRESSURE)[-1] - 1e5
+
+
 @pytest.mark.parametrize("volts", [1.0, 3.0])
 def test_a_droop_divides_the_gain(volts: float) -> None:
     per_pa = 2e-7

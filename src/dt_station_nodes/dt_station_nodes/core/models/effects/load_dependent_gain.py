@@ -10,7 +10,10 @@ from .effect import Attachment, Effect, Parameter, Quantity
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     per_load, direction, linearity, base = p[0], p[1], p[2], p[3]
     helps = -1.0 if value < 0.0 else 1.0
-    share = per_load * (c[LOAD] + c[REST] * (1.0 - base)) * (1.0 - direction + direction * helps)
+    load = c[LOAD] + c[REST] * (1.0 - base)
+    if p[4] > 0.5:
+        load = max(load, 0.0)
+    share = per_load * load * (1.0 - direction + direction * helps)
     root = math.sqrt(max(1.0 - 2.0 * share, 0.0))
     line = max(1.0 - share, 0.0)
     if linearity <= 1.0:
@@ -56,11 +59,21 @@ EFFECT = Effect(
             Quantity.RATIO,
             "load pressure at which the gain is the nominal one, over the rest pressure",
             0.0,
-            2.0,
+            5.0,
             (0.0,),
             neutral=1.0,
             optional=True,
             usual=(0.0,),
+        ),
+        Parameter(
+            "above",
+            Quantity.RATIO,
+            "1: only pressures above that count, as of a pump that delivers less from there on",
+            0.0,
+            1.0,
+            (),
+            optional=True,
+            usual=(1.0,),
         ),
     ),
     step=_step,
