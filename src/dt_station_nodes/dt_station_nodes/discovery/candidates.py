@@ -72,7 +72,7 @@ class Candidate:
 
     @property
     def plain(self) -> bool:
-        """Whether it is the form that others of its effect stand beside."""
+        """Whether it is neither a form apart nor a further one, which stand beside it."""
         return not (self.apart or any((self.name, self.also) == (name, form) for name, _, form in FURTHER))
 
     @property

@@ -70,6 +70,7 @@ _STARTS: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {
         "sag_per_s": (0.0,),
         "base": (0.0, 1.0),
         "lag_s": (0.02,),
+        "worn": (0.7,),
     },
 }
 _KNEES = (0.2, 0.4, 0.6, 0.8)  # quantiles of the pressure
