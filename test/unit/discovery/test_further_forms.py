@@ -18,7 +18,7 @@ from dt_station_nodes.core.models import PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, library, plain_starts
-from dt_station_nodes.discovery.further_forms import BELL, BY_LOAD, FURTHER, KNEE, SHAKEN, WORN
+from dt_station_nodes.discovery.further_forms import BELL, BY_LOAD, FURTHER, HEAVY, KNEE, SHAKEN, WORN
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.terms import nominal_terms
@@ -203,3 +203,26 @@ def test_a_pump_that_delivers_less_from_some_pressure_on_is_found_with_it(knee_p
     # It begins as the square root of a pressure drop, not as the line that it is.
     assert knee.rss < 0.1 * plain.rss
     assert knee.path.effect("load_dependent_gain").parameters["base"] == pytest.approx(knee_pa / 1e6, rel=0.05)
+
+
+@pytest.mark.parametrize(("level_v", "hz"), [(0.07, 25.0), (0.15, 15.0)])
+def test_a_spool_with_mass_is_found_where_one_without_is_not(level_v: float, hz: float) -> None:
+    fine, w = 10, 2.0 * np.pi * hz
+    volts = 2.2 + 1.2 * signal.sawtooth(0.9 * SAMPLED) * (SAMPLED > 0.4) - 2.2 * (SAMPLED < 0.4)
+    place, rate, acts = 0.0, 0.0, []
+    for volt in np.repeat(volts, fine):
+        pulled = volt - place
+        force = pulled if rate == 0.0 and abs(pulled) <= level_v else np.copysign(level_v, rate or pulled)
+        after = rate + FINE_S / fine * (w * w * (pulled - force) - 1.2 * w * rate)
+        rate = 0.0 if rate * after < 0.0 else after
+        place += FINE_S / fine * rate
+        acts.append(place)
+    acting = np.array(acts)[fine - 1 :: fine]
+    pressure = BARE.rest + driven(BARE, volts, lambda k, _: float(acting[k]), 7e3)
+    run = Run(FINE_S * FINER, {"load_voltage_v": volts[::FINER], "pressure_pa": pressure})
+    problem = make_problem(run, SPEC, Channel.PRESSURE, DiscoverySettings())
+    heavy, creeping = (fitted(problem, Candidate("friction", also=also)) for also in (HEAVY, ("creep_velocity",)))
+    assert heavy.rss < min(0.5 * creeping.rss, 1.2 * len(problem.measured))
+    numbers = heavy.path.effect("friction").parameters
+    assert numbers["coulomb_v"] == pytest.approx(level_v, rel=0.05)
+    assert numbers["swing_s"] == pytest.approx(1.0 / w, rel=0.2)

@@ -82,6 +82,16 @@ def test_a_sharp_loop_of_a_pressure_valve_may_be_its_spools_friction_or_its_link
     assert others(Channel.PRESSURE, {}, "friction") == ((), ())
 
 
+@pytest.mark.parametrize(("swing_s", "also"), [(0.0, ()), (0.004, ("backlash",))])
+def test_a_spool_with_mass_that_is_held_may_be_a_load_that_coasts_in_its_gap(
+    swing_s: float, also: tuple[str, ...]
+) -> None:
+    spool = {"coulomb_v": 0.1, "slip": 0.5, "swing_s": swing_s}
+    path = PAPER.with_effect(Channel.PRESSURE, "friction", spool).paths[Channel.PRESSURE]
+    assert namesakes(path, ("friction",), Channel.PRESSURE, SCALES) == (also,)
+    assert namesakes(path, ("friction", "backlash"), Channel.PRESSURE, SCALES)[0] == ()
+
+
 @pytest.mark.parametrize(
     ("channel", "also"), [(Channel.PRESSURE, ("backlash", "friction")), (Channel.POSITION, ("backlash",))]
 )

@@ -205,6 +205,10 @@ def test_a_spool_that_does_not_slip_is_a_loop_and_a_piston_need_not(run: Run, pr
     for share, slips in ((0.2, True), (0.8, False)):
         creeps = {"coulomb_v": 0.2, "creep_velocity": share * pressure.scales[Quantity.VELOCITY]}
         assert sensible(as_it_is(pressure, "friction", creeps), pressure) is slips
+    # Nor one with so little mass that no sample shows how it swings.
+    for swing_s, shows in ((0.15 * run.sample_time_s, True), (0.05 * run.sample_time_s, False)):
+        swings = {"coulomb_v": 0.2, "swing_s": swing_s}
+        assert sensible(as_it_is(pressure, "friction", swings), pressure) is shows
     assert sensible(as_it_is(problem, "friction", {"coulomb_v": 0.2}), problem)
 
 

@@ -13,6 +13,8 @@ BELL = ("spread", "depth", "open_at_v", "bend_per_v", "steepness")
 BRISTLES = ("presliding",)
 # Bristles that hold more at rest: what they do at a run's own speed alone, a wider or narrower loop does.
 GRIPPING_BRISTLES = ("presliding", "static_excess_v", "spool_stribeck_velocity", "elastic")
+# A spool with mass ends elsewhere after each jump: its stairs are no others.
+HEAVY = ("swing_s", "swing_damping")
 # A mode that only changes shake: from one that carries its share of the voltage no fit leads to it.
 SHAKEN = ("share", "washout_s")
 # A piston that does not creep at the rest pressure, as a valve set there sees to: nothing leads there from one that
@@ -39,6 +41,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("friction", Channel.PRESSURE, ("creep_velocity",)),
     ("friction", Channel.PRESSURE, BRISTLES),
     ("friction", Channel.PRESSURE, GRIPPING_BRISTLES),
+    ("friction", Channel.PRESSURE, HEAVY),
     # What a saturating coil does to a piston's way parameters off bend to, all but its lag.
     ("extra_lag", Channel.POSITION, ("saturation",)),
     # What passes a lag by in part does so too, but for the run's own waveform.
@@ -63,6 +66,11 @@ _STARTS: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {
     BRISTLES: _BRISTLED,
     GRIPPING_BRISTLES: _BRISTLED,
     SHAKEN: {"share": (0.1, 0.5), "washout_s": (0.03, 0.2)},
+    HEAVY: {
+        "coulomb_v": (0.005, 0.01, 0.02, 0.05, 0.15),
+        "swing_s": (0.002, 0.006, 0.02),
+        "swing_damping": (0.3, 0.8),
+    },
     KNEE: {"per_load": (0.05, 0.3), "direction": (0.0,), "above": (1.0,)},
     WORN: {
         "coefficient": (0.02, 0.2, -0.1),

@@ -27,14 +27,14 @@ def namesakes(
 ) -> tuple[tuple[str, ...], ...]:
     """For each effect added to a path, names that stand for it as well; `scales` are the run's.
 
-    A loop with sharp corners on a valve's voltage is what its linkage does, with play, and, of a pressure valve, what
-    its spool does, held by dry friction. Play there whose contact gives or whose load coasts is a spool with mass that
-    is held. What stops a position's reading alone, while the piston goes on, is its sensor's range. Several plays that
-    all of a voltage goes through are a linkage of several joints, or a spool whose friction yields before it slides.
-    A valve whose curve bends softly and meets no limit in the run is held by a spring that hardens. A pressure that
-    lags more one way is one that fills quicker than it vents. One that answers less from some voltage on is one whose
-    relief valve opens there and lets it rise on. A relief valve that leaves most of what comes on top is a seal that
-    gives way.
+    A loop with sharp corners on a valve's voltage is what its linkage does, with play, and, of a pressure valve,
+    what its spool does, held by dry friction. Play there whose contact gives or whose load coasts is a spool with
+    mass that is held, and the other way round. What stops a position's reading alone, while the piston goes on, is
+    its sensor's range. Several plays that all of a voltage goes through are a linkage of several joints, or a spool
+    whose friction yields before it slides. A valve whose curve bends softly and meets no limit in the run is held
+    by a spring that hardens. A pressure that lags more one way is one that fills quicker than it vents. One that
+    answers less from some voltage on is one whose relief valve opens there and lets it rise on. A relief valve that
+    leaves most of what comes on top is a seal that gives way.
     """
     peak = scales[Quantity.INPUT_PEAK]
     found = {effect.name: _names(effect, path, added, channel, peak) for effect in path.effects}
@@ -54,6 +54,8 @@ def _names(
         return ("leakage",)
     if channel is Channel.POSITION and effect.name == "overflow" and effect.at is Attachment.OUTPUT:
         return ("saturation",)
+    if _swings(effect) and "backlash" not in added:
+        return ("backlash",)
     if _joints(effect):
         return ("backlash", "friction") if channel is Channel.PRESSURE and "friction" not in added else ("backlash",)
     if effect.name not in _LOOPS or "friction" in added:
@@ -109,6 +111,12 @@ def _seeps(effect: EffectSpec, path: PathSpec) -> bool:
     lag_s = path.time_scale * path.denominator[-2] / path.denominator[-1]
     left = valve["weir_s"] / (valve["weir_s"] + lag_s) if effect.place is Attachment.STATE else valve["override"]
     return left > _STAYS
+
+
+def _swings(effect: EffectSpec) -> bool:
+    """Whether dry friction holds a spool with mass."""
+    spool = _numbers(effect, "friction")
+    return spool is not None and spool["swing_s"] > 0.0
 
 
 def _joints(effect: EffectSpec) -> bool:

@@ -39,6 +39,7 @@ BLUNTEST_BAND = 4.0  # times the half-width of one about a working voltage, the 
 WORKING = 0.5  # a valve that works about a voltage more than about 0 V
 LEAST_PLAY = 0.1  # times the way gone in the time in which it closes
 QUICKEST_CREEP = 0.5  # of the run's speed
+QUICKEST_SWING = 0.08  # of a sample, one over its natural frequency: a quicker one shows no overshoot
 LEAST_SLIP = 0.2  # of what a spool takes to break away,
 LEAST_BENT = 0.1  # or of it as a way: bristles that bend over less are so stiff that it is play
 MOST_BENT = 0.08  # of the run's range: what bends over more hardly ever slides, it is a loop of what else bends
@@ -171,11 +172,14 @@ def _warms(path: PathSpec, problem: Problem) -> bool:
 def _slips(path: PathSpec, problem: Problem) -> bool:
     """Whether a spool that breaks away slips a part of the way: one that does not is a play operator, a loop.
 
-    One that creeps is a lag where the run seldom moves it faster; bristles so stiff that they hardly bend make it play.
+    One that creeps is a lag where the run seldom moves it faster; bristles so stiff that they hardly bend make it play,
+    and so does a mass that swings quicker than samples show.
     """
     spool = path.effect("friction").parameters
     if problem.channel is not Channel.PRESSURE:
         return True
+    if spool["swing_s"] > 0.0:
+        return spool["swing_s"] > QUICKEST_SWING * problem.simulator.sample_time_s
     if spool["presliding"] > 0.0:
         stiff = spool["presliding"] * problem.scales[Quantity.INPUT_PER_OUTPUT] <= LEAST_BENT * spool["coulomb_v"]
         return not stiff and spool["presliding"] < MOST_BENT * problem.scales[Quantity.OUTPUT]

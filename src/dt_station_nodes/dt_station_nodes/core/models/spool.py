@@ -5,9 +5,12 @@ import math
 from numba import njit
 
 from .compiled import Doubles
+from .second_order import swing
 
 _STILL = 0.05  # of what makes a spool slip: as near to where it comes to rest it sticks again
 _TURNED = 1e-9  # of the same: a voltage that turns back by less has not
+_MOST_TURNS = 6  # in a sub-step, of a spool that swings
+_HALVINGS = 24
 _SPEED_S = 0.02  # time over which its speed counts: a voltage held between samples moves it in jerks
 
 
@@ -63,18 +66,58 @@ def _bristled(s: Doubles, value: float, level: float, slope: float, elastic: flo
 
 
 @njit(cache=True)
+def _swung(p: Doubles, s: Doubles, value: float, h: float, per_unit: float) -> float:
+    """Mean place over the sub-step of a spool with mass on a spring that dry friction holds, state s[0], its rate s[2].
+
+    As long as it goes one way friction is a force like any other, by less above a Stribeck velocity; where it stops it
+    stays, unless its spring pulls more than friction holds.
+    """
+    natural, to_go, stribeck, before = 1.0 / p[15], h, p[13] * per_unit, s[0]
+    decay = p[16] * natural
+    for _ in range(_MOST_TURNS):
+        sign = math.copysign(1.0, s[2] if s[2] != 0.0 else value - s[0])
+        ratio = s[2] / stribeck if stribeck > 0.0 else 0.0
+        level = p[0] + p[1] * math.exp(-ratio * ratio)
+        if s[2] == 0.0 and abs(value - s[0]) <= level:
+            break
+        rest, rate = value - sign * level, s[2]
+        gap = s[0] - rest
+        cosine, sine = swing(decay, natural, to_go)
+        after = rate * (cosine - decay * sine) - gap * natural * natural * sine
+        if sign * after > 0.0:
+            s[0], s[2] = rest + gap * (cosine + decay * sine) + rate * sine, after
+            break
+        on, turned = 0.0, to_go
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (on + turned)
+            cosine, sine = swing(decay, natural, middle)
+            if sign * (rate * (cosine - decay * sine) - gap * natural * natural * sine) > 0.0:
+                on = middle
+            else:
+                turned = middle
+        cosine, sine = swing(decay, natural, turned)
+        s[0], s[2] = rest + gap * (cosine + decay * sine) + rate * sine, 0.0
+        to_go -= turned
+        if turned <= 0.0:
+            break
+    return 0.5 * (before + s[0])
+
+
+@njit(cache=True)
 def spool_at(p: Doubles, s: Doubles, value: float, h: float, per_unit: float) -> float:
     """Where a spool is that sticks until the voltage is a level off, then slips a share of that.
 
     One that creeps never sticks: it lags behind by the level times the tanh of its speed over that of its creep. Nor
     does one whose contact has bristles; those hold more at rest than above a Stribeck velocity, and oil damps it as it
-    slides. `per_unit` (V): what moves the pressure by its unit.
+    slides. One with mass swings past. `per_unit` (V): what moves the pressure by its unit.
     """
     level, end, slide, slides_on = p[0], p[0] * (1.0 - p[7]), p[8], p[9] > 0.5
     creep, bristles, stribeck = p[12] * per_unit, p[5] * per_unit, p[13] * per_unit
     if s[1] == 0.0:
         s[1] = 1.0
         s[0] = value
+    if p[15] > 0.0:
+        return _swung(p, s, value, h, per_unit)
     if bristles > 0.0 and level > 0.0:
         slope, damped = level / bristles, slide / h
         if p[1] > 0.0 and stribeck > 0.0:

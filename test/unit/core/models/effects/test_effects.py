@@ -264,6 +264,45 @@ def test_what_is_centred_in_its_gap_comes_to_where_it_is_read_and_play_is_as_wid
     np.testing.assert_allclose(stopped[10:] / stopped[:-10], math.exp(-10.0 * TS * rate), rtol=1e-6)
 
 
+@pytest.mark.parametrize("excess", [0.0, 0.1])
+def test_a_spool_with_mass_goes_where_its_spring_and_dry_friction_send_it(excess):
+    """Against the equation of motion by small steps, over jumps past which it swings and a ramp on which it slips."""
+    level, hz, damping, pace, fine = 0.2, 9.0, 0.3, 2.0, 400
+    volts = np.where(np.sin(2.0 * math.pi * 0.7 * TIME) > 0.0, 1.0, -0.4) + 0.15 * TIME
+    natural = 2.0 * math.pi * hz
+    step, place, rate, ends = TS / fine, volts[0], 0.0, []
+    for k, volt in enumerate(np.repeat(volts, fine)):
+        pulled = volt - place
+        most = level + excess * math.exp(-((rate / pace) ** 2))
+        if rate == 0.0 and abs(pulled) <= most:
+            force = pulled
+        else:
+            force = math.copysign(most, rate if rate != 0.0 else pulled)
+        after = rate + step * (natural * natural * (pulled - force) - 2.0 * damping * natural * rate)
+        rate = 0.0 if rate * after < 0.0 else after
+        place += step * rate
+        if k % fine == fine - 1:
+            ends.append(place)
+    spool = {"coulomb_v": level, "swing_s": 1.0 / natural, "swing_damping": damping}
+    spool |= {"static_excess_v": excess, "spool_stribeck_velocity": pace}
+    stands = answer("friction", spool, voltage=volts, channel=Channel.PRESSURE)
+    # What is held over a sub-step is the mean of where it was: no more than that where it moves.
+    apart = np.abs(stands - ends[: len(stands)])
+    still = np.abs(np.diff(ends, prepend=0.0)[: len(stands)]) < 0.02
+    assert np.mean(still) > 0.8
+    assert apart[still].max() < 0.02
+    assert apart.max() < 0.2
+
+
+def test_a_spool_with_mass_stays_where_friction_holds_it():
+    spool = {"coulomb_v": 0.2, "swing_s": 0.01, "swing_damping": 0.5}
+    volts = np.concatenate([np.zeros(50), np.full(50, 0.19), np.full(50, -0.19), np.full(100, 0.5)])
+    out = answer("friction", spool, voltage=volts, channel=Channel.PRESSURE)
+    assert np.all(out[:149] == 0.0)
+    assert abs(0.5 - out[-1]) <= 0.2
+    assert np.ptp(out[-50:]) == 0.0
+
+
 def test_a_spool_on_bristles_is_held_more_the_slower_it_goes():
     level, excess, pace = 0.2, 0.15, 1.0
     spool = {"coulomb_v": level, "presliding": 0.01, "static_excess_v": excess, "spool_stribeck_velocity": pace}
