@@ -130,6 +130,20 @@ def test_a_mode_that_only_changes_shake_is_found_with_its_numbers() -> None:
     assert (numbers["washout_s"], numbers["damping"]) == pytest.approx((0.15, 0.1), rel=0.15)
 
 
+@pytest.mark.parametrize(
+    ("channel", "name", "form"),
+    [
+        *((channel, "extra_lag", ("straight",)) for channel in Channel),
+        (Channel.PRESSURE, "load_dependent_gain", KNEE),
+        (Channel.PRESSURE, "friction", HEAVY),
+    ],
+)
+def test_forms_that_nothing_leads_to_are_tried_from_the_start(
+    channel: Channel, name: str, form: tuple[str, ...]
+) -> None:
+    assert Candidate(name, also=form) in library(channel)
+
+
 def test_every_further_form_is_a_candidate_of_its_own() -> None:
     for name, channel, also in FURTHER:
         known = library(channel, loaded=True)
