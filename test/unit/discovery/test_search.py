@@ -15,7 +15,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, search
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, all_starts, grid, hypothesis, library
 from dt_station_nodes.discovery.choice import take_measure
-from dt_station_nodes.discovery.further_forms import GRIPPING_BRISTLES
+from dt_station_nodes.discovery.further_forms import GRIPPING_BRISTLES, HEAVY
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.parsimony import simplified
 from dt_station_nodes.discovery.problem import Problem, make_problem
@@ -180,11 +180,11 @@ def test_a_spring_is_also_tried_on_a_pressure_valves_spool_and_on_no_other() -> 
 def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert Candidate("friction") in library(Channel.POSITION)
     # A spool's friction is a form of its own.
-    # A spool on an oil film never sticks, nor does one on bristles, so that they are tried apart.
+    # A spool on an oil film never sticks, nor does one on bristles, so that they are tried apart; so is one with mass.
     slips = Candidate("friction", apart=True)
     creeps, bends = (Candidate("friction", also=(name,)) for name in ("creep_velocity", "presliding"))
-    grips = Candidate("friction", also=GRIPPING_BRISTLES)
-    assert [c for c in library(Channel.PRESSURE) if c.name == "friction"] == [slips, creeps, bends, grips]
+    grips, swings = (Candidate("friction", also=form) for form in (GRIPPING_BRISTLES, HEAVY))
+    assert [c for c in library(Channel.PRESSURE) if c.name == "friction"] == [slips, creeps, bends, grips, swings]
     assert Candidate("leakage") in library(Channel.PRESSURE)
     apart = [c for c in library(Channel.POSITION) if c.apart]
     assert [(c.name, c.at, c.required) for c in apart] == [
