@@ -17,7 +17,7 @@ from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.problem import make_problem
-from dt_station_nodes.discovery.stick_slip import breakaways_v, edged, stepped
+from dt_station_nodes.discovery.stick_slip import breakaways_v, climbed, stepped
 from dt_station_nodes.discovery.terms import nominal_terms
 
 PISTON = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (), "disturbance": None})
@@ -141,9 +141,11 @@ def test_the_edges_of_a_band_that_jumps_open_are_found_between_a_runs_voltages(l
     band = Candidate("dead_zone", also=("centre_v",))
     free = {band.name: band.required}
     begun = {"half_width_v": 0.93 * 0.5 * (high_v - low_v), "centre_v": 0.5 * (high_v + low_v) + 0.03, "restored": 0.95}
-    like = hypothesis(problem, add_effect(PISTON, band, begun), nominal_terms(PISTON, problem.signal), free)
+    nominal = nominal_terms(PISTON, problem.signal)
+    like = hypothesis(problem, add_effect(PISTON, band, begun), nominal, free)
     fit = fit_hypothesis(problem, like, [like.start()], 20)
-    moved = edged(problem, fit)
+    base = fit_hypothesis(problem, hypothesis(problem, PISTON, nominal, {}))
+    moved = climbed(problem, (band.name,), fit, base)
     assert moved.rss < min(0.8 * fit.rss, 1.1 * len(servo))
     found = moved.path.effect("dead_zone").parameters
     between = servo.max() * 2.0 * np.pi * 0.23 * 0.02

@@ -38,6 +38,11 @@ def limit_starts(problem: Problem, parameter: Parameter, unit: float, about: boo
     return [start * unit for start in parameter.starts]
 
 
+def _ends(problem: Problem, path: PathSpec) -> tuple[float, float]:
+    """Where the run's way ends, from where the path rests."""
+    return float(np.min(problem.measured)) - path.rest, float(np.max(problem.measured)) - path.rest
+
+
 def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: float) -> list[float]:
     """Where the stops of a piston, or of a mass on a spring, begin.
 
@@ -49,7 +54,7 @@ def stop_starts(problem: Problem, path: PathSpec, parameter: Parameter, unit: fl
     if parameter.name == "standing":
         # A pressure has a valve that lets off rather than an end.
         return [1.0] if swings and problem.channel is not Channel.PRESSURE else list(parameter.starts)
-    low, high = (float(end(problem.measured)) - path.rest for end in (np.min, np.max))
+    low, high = _ends(problem, path)
     inwards = np.array([_HISS * problem.noise, *((high - low) * share for share in _INWARDS)])
     if parameter.name == "limit":
         return [parameter.upper * unit, *(high - inwards)]
@@ -82,7 +87,7 @@ def store_starts(problem: Problem, path: PathSpec, parameter: Parameter) -> list
 
 def wear_starts(problem: Problem, path: PathSpec, parameter: Parameter) -> list[float]:
     """Where a worn place of the bore, and how soon its wear ends, begin: somewhere along the run's way."""
-    low, high = (float(end(problem.measured)) - path.rest for end in (np.min, np.max))
+    low, high = _ends(problem, path)
     half = max(0.5 * (high - low), problem.negligible)
     if parameter.quantity is Quantity.PER_OUTPUT:
         return [bend / half for bend in _WORN_BENDS]

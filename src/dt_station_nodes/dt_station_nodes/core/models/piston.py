@@ -5,7 +5,7 @@ import math
 from numba import njit
 
 from .compiled import Doubles
-from .spool import slipping
+from .spool import gripped, slipping
 
 
 @njit(cache=True)
@@ -19,8 +19,7 @@ def held_back(p: Doubles, s: Doubles, velocity: float, pressed: float, gain: flo
     level = coulomb * pressed
     if static_excess != 0.0 and stribeck_velocity > 0.0:
         # Of the velocity that it has: one that stands is held by all of it, whatever would move it.
-        ratio = s[2] / stribeck_velocity
-        level += static_excess * math.exp(-ratio * ratio)
+        level += gripped(static_excess, s[2], stribeck_velocity)
     level *= 1.0 + asymmetry if velocity > 0.0 else 1.0 - asymmetry
     if presliding > 0.0:
         # Bristle z' = v - |v| z / presliding, force level (z + damping_s z') / presliding, both at the sub-step's end:

@@ -28,6 +28,13 @@ def slipping(velocity: float, pull: float, slip: float) -> float:
 
 
 @njit(cache=True)
+def gripped(excess: float, velocity: float, stribeck: float) -> float:
+    """What a contact holds more than Coulomb's level at a velocity, the less the further above Stribeck's."""
+    ratio = velocity / stribeck if stribeck > 0.0 else 0.0
+    return excess * math.exp(-ratio * ratio)
+
+
+@njit(cache=True)
 def _bristled(s: Doubles, value: float, level: float, slope: float, elastic: float, damped: float) -> float:
     """Where a spool on a spring is whose contact's bristles hold it back by s[2] (V), at most by a `level`.
 
@@ -76,8 +83,7 @@ def _swung(p: Doubles, s: Doubles, value: float, h: float, per_unit: float) -> f
     decay = p[16] * natural
     for _ in range(_MOST_TURNS):
         sign = math.copysign(1.0, s[2] if s[2] != 0.0 else value - s[0])
-        ratio = s[2] / stribeck if stribeck > 0.0 else 0.0
-        level = p[0] + p[1] * math.exp(-ratio * ratio)
+        level = p[0] + gripped(p[1], s[2], stribeck)
         if s[2] == 0.0 and abs(value - s[0]) <= level:
             break
         rest, rate = value - sign * level, s[2]
@@ -98,8 +104,6 @@ def _swung(p: Doubles, s: Doubles, value: float, h: float, per_unit: float) -> f
         cosine, sine = swing(decay, natural, turned)
         s[0], s[2] = rest + gap * (cosine + decay * sine) + rate * sine, 0.0
         to_go -= turned
-        if turned <= 0.0:
-            break
     return 0.5 * (before + s[0])
 
 
@@ -128,8 +132,7 @@ def spool_at(p: Doubles, s: Doubles, value: float, h: float, per_unit: float) ->
             driven = _bristled(s, value, as_it_is, slope, p[14], damped) - before
             s[0], s[2] = before, held
             s[3] += (driven / h - s[3]) * (1.0 - math.exp(-h / _SPEED_S))
-            ratio = s[3] / stribeck
-            level += p[1] * math.exp(-ratio * ratio)
+            level += gripped(p[1], s[3], stribeck)
         return _bristled(s, value, level, slope, p[14], damped)
     if creep > 0.0:
         s[0] += h * slipping((value - s[0]) / h, level / h, creep)
