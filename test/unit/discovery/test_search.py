@@ -252,6 +252,30 @@ def test_edges_that_differ_are_one_dead_zone_however_small_it_is_beside_the_jump
     assert found["centre_v"] == pytest.approx(-0.05, rel=0.1)
 
 
+@pytest.mark.parametrize(
+    ("effect", "numbers"),
+    [
+        ("bias", {"bias_v": 0.0, "jump_v": -0.9, "jump_s": 11.0}),
+        ("gain_drift", {"rate_per_s": 0.0, "jump": -0.6, "jump_s": 11.0}),
+    ],
+)
+def test_a_glance_sees_what_comes_in_the_run(effect: str, numbers: dict[str, float]) -> None:
+    """Beside another effect, what it would be if it were there from the start is not worth a second look."""
+    voltage = 1.5 * np.sign(np.sin(2.3 * np.arange(900) * 0.02))
+    banded = PAPER.with_effect(Channel.POSITION, effect, numbers)
+    path = banded.with_effect(Channel.POSITION, "dead_zone", {"half_width_v": 0.16}).paths[Channel.POSITION]
+    position = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 1e6, 0.0).simulate(path)
+    position += NOISE_M * np.random.default_rng(3).standard_normal(voltage.size)
+    run = Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
+    problem = make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+    bench = Bench(problem, nominal_terms(PAPER.paths[Channel.POSITION], problem.signal))
+    null = fit_null(bench, PAPER.paths[Channel.POSITION])
+    seen = search._glance(bench, Task(null, Candidate(effect))).seen
+    assert seen is not None
+    assert seen.fit.path.effect(effect).parameters["jump_s"] == pytest.approx(11.0, abs=0.2)
+    assert seen.fit.fitted.cost < 0.1 * null.fit.fitted.cost
+
+
 @pytest.mark.parametrize(("between_v", "starts"), [(0.2, 6), (5.0, 3)])
 def test_friction_begins_on_what_holds_on_between_jumps_too(between_v: float, starts: int) -> None:
     time_s = np.arange(900) * 0.02

@@ -24,6 +24,7 @@ from .stick_slip import climbed, sticks
 from .strangers import SAME
 from .tasks import SETTLED, Task, against, best_of, each, forms_of
 from .terms import Hypothesis
+from .timing import coming_in_run, with_numbers
 
 Array = NDArray[np.float64]
 _Names = tuple[str, ...]
@@ -49,6 +50,11 @@ def _glance(bench: Bench, task: Task) -> Task:
     lasting = sum(term.effect < len(like.path.effects) - 1 for term in like.terms) if task.base.added else 0
     groups, anew = _spared(task, groups, [Group(near, 1)])
     fit, *_ = fit_groups(bench.problem, like, groups, anew, steps, known=known, lasting=lasting)
+    coming = {} if bench.rough else coming_in_run(bench.problem, like.path, task.candidate.name, bench.nominal)
+    if coming:
+        # What comes in the course of the run does next to nothing as long as it is there from the start.
+        whole = replace(like, path=with_numbers(like.path, like.path.effect(task.candidate.name), coming))
+        fit = min(fit, fit_hypothesis(bench.problem, whole, [*starts, *near], steps, 1), key=lambda f: f.fitted.cost)
     seen = bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True)
     return replace(task, seen=seen, known=known)
 

@@ -67,9 +67,14 @@ def seen_timing(problem: Problem, path: PathSpec, name: str, nominal: Sequence[T
         return min((way for way in ways if way), key=lambda way: _turned(problem, path, spec, way)[1], default={})
     if name == DELAY and spec.parameters["delay_s"] > 0.0:
         return _wander(problem, path, spec)
+    return coming_in_run(problem, path, name, nominal)
+
+
+def coming_in_run(problem: Problem, path: PathSpec, name: str, nominal: Sequence[Term] = ()) -> dict[str, float]:
+    """When an offset or a gain's step comes and how large it is, whatever of it is there from the start."""
     if name == BIAS:
-        return _shift(problem, path, spec, nominal)
-    return _steps(problem, path, spec, nominal) if name == DRIFT else {}
+        return _shift(problem, path, path.effect(name), nominal)
+    return _steps(problem, path, path.effect(name), nominal) if name == DRIFT else {}
 
 
 def softer(timing: Mapping[str, float]) -> list[dict[str, float]]:
