@@ -18,7 +18,7 @@ from dt_station_nodes.core.models import PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, library, plain_starts
-from dt_station_nodes.discovery.further_forms import BELL, BY_LOAD, FURTHER, HEAVY, KNEE, SHAKEN, WORN
+from dt_station_nodes.discovery.further_forms import BELL, BY_LOAD, FURTHER, HEAVY, KNEE, ONE_WAY, SHAKEN, WORN
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.terms import nominal_terms
@@ -136,6 +136,7 @@ def test_a_mode_that_only_changes_shake_is_found_with_its_numbers() -> None:
         *((channel, "extra_lag", ("straight",)) for channel in Channel),
         (Channel.PRESSURE, "load_dependent_gain", KNEE),
         (Channel.PRESSURE, "friction", HEAVY),
+        (Channel.PRESSURE, "extra_lag", ONE_WAY),
     ],
 )
 def test_forms_that_nothing_leads_to_are_tried_from_the_start(
@@ -217,6 +218,24 @@ def test_a_pump_that_delivers_less_from_some_pressure_on_is_found_with_it(knee_p
     # It begins as the square root of a pressure drop, not as the line that it is.
     assert knee.rss < 0.1 * plain.rss
     assert knee.path.effect("load_dependent_gain").parameters["base"] == pytest.approx(knee_pa / 1e6, rel=0.05)
+
+
+@pytest.mark.parametrize("upwards", [True, False])
+def test_a_volume_behind_a_check_valve_is_found_where_a_lag_both_ways_is_not(upwards: bool) -> None:
+    lag_s, filled, passed = 0.04, 0.0, []
+    volts = 2.2 + 1.4 * signal.sawtooth(4.1 * SAMPLED, 0.5) * (SAMPLED > 0.4) - 2.2 * (SAMPLED < 0.4)
+    for volt in volts:
+        lags = bool(volt > filled) == upwards
+        filled += (volt - filled) * (1.0 - np.exp(-FINE_S / lag_s) if lags else 1.0)
+        passed.append(filled)
+    pressure = BARE.rest + driven(BARE, volts, lambda k, _: float(passed[k]), 7e3)
+    run = Run(FINE_S * FINER, {"load_voltage_v": volts[::FINER], "pressure_pa": pressure})
+    problem = make_problem(run, SPEC, Channel.PRESSURE, DiscoverySettings())
+    one_way, plain = (fitted(problem, Candidate("extra_lag", also=also)) for also in (ONE_WAY, ()))
+    assert one_way.rss < min(0.5 * plain.rss, 1.2 * len(problem.measured))
+    numbers = one_way.path.effect("extra_lag").parameters
+    assert numbers["unequal"] == pytest.approx(1.0 if upwards else -1.0, abs=0.1)
+    assert (1.0 + abs(numbers["unequal"])) * numbers["time_constant_s"] == pytest.approx(lag_s, rel=0.1)
 
 
 @pytest.mark.parametrize(("level_v", "hz"), [(0.07, 25.0), (0.15, 15.0)])

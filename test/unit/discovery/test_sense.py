@@ -179,6 +179,26 @@ def test_a_mode_far_larger_than_the_path_leaves_nothing_else(problem: Problem, n
         assert sensible(as_it_is(measured, "resonance", numbers, Attachment.OUTPUT), measured) is is_one
 
 
+@pytest.mark.parametrize(
+    ("times", "damping", "share", "is_one"),
+    [
+        (1.1, 0.2, 0.1, False),
+        (0.9, 0.2, 0.1, False),
+        (1.1, 0.05, 0.1, True),
+        (1.1, 0.2, 1.0, True),
+        (2.5, 0.2, 0.1, True),
+    ],
+)
+def test_a_mode_tuned_to_what_drives_the_run_rings(
+    problem: Problem, times: float, damping: float, share: float, is_one: bool
+) -> None:
+    tuned = replace(problem, excitations_hz=(2.0,))
+    mode = {"frequency_hz": 2.0 * times, "damping": damping}
+    assert sensible(as_it_is(tuned, "resonance", {**mode, "share": share}), tuned) is is_one
+    beside = {**mode, "share": 1.0, "beside": share}
+    assert sensible(as_it_is(tuned, "resonance", beside, Attachment.OUTPUT), tuned) is is_one
+
+
 def test_a_loop_that_turns_back_leaves_nothing_else(run: Run) -> None:
     pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
     numbers = {"half_width_v": 0.3, "bouc_wen": 1.0, "depth": 1.5}

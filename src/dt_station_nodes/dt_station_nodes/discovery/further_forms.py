@@ -24,6 +24,8 @@ AT_REST = ("base",)
 WORN = ("base", "lag_s", "worn", "worn_at", "worn_bend")
 # A pump that delivers less from some pressure on: where all pressures count, nothing leads there.
 KNEE = ("base", "above")
+# A lag upwards or downwards alone, as of a volume behind a check valve: one both ways explains nothing of it.
+ONE_WAY = ("unequal",)
 # Forms that need a load that moves.
 BY_LOAD = (AT_REST, WORN)
 
@@ -47,6 +49,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     # What passes a lag by in part does so too, but for the run's own waveform.
     ("extra_lag", Channel.PRESSURE, ("straight",)),
     ("extra_lag", Channel.POSITION, ("straight",)),
+    ("extra_lag", Channel.PRESSURE, ONE_WAY),
     # What acts as a gain leaves nothing of a voltage that is merely added.
     ("cross_coupling", Channel.POSITION, ("gain_per_v",)),
     ("resonance", Channel.PRESSURE, SHAKEN),
@@ -71,6 +74,7 @@ _STARTS: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {
         "swing_s": (0.002, 0.006, 0.02),
         "swing_damping": (0.3, 0.8),
     },
+    ONE_WAY: {"unequal": (-0.95, 0.95)},
     KNEE: {"per_load": (0.05, 0.3), "direction": (0.0,), "above": (1.0,)},
     WORN: {
         "coefficient": (0.02, 0.2, -0.1),

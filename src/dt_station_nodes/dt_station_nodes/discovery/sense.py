@@ -17,6 +17,7 @@ from .timing import with_numbers
 MOST_DAMPED = 0.42
 RINGING = 0.25  # damping up to which a mode rings however little it carries;
 LEAST_PEAK = 0.75  # one of more has to carry so much at its frequency, of what the path lets pass
+TUNED, TUNED_RINGING = 1.25, 0.1  # times a frequency that drives the run: so near one it has to ring so long
 FEWEST_TURNS = 1.5  # in a run, of what swells or by which two tones come apart: less is one tone that grows or fades
 PART_OF_TURN = 0.4  # the same of a frequency that swings
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
@@ -86,12 +87,15 @@ def _leaves_room(path: PathSpec, _problem: Problem) -> bool:
 def _rings(path: PathSpec, problem: Problem) -> bool:
     """Whether a mode rings: a damped one is a lag under another name, one too quick is what the samples leave out.
 
-    One that rings little and carries little of the voltage only moves the path's own poles; one far larger than the
-    path is read from a voltage that answers the output, unless it leaves nothing else to be said.
+    One that rings and carries little only moves the path's own poles, or turns what drives it as anything does; one far
+    larger than the path is read from a voltage that answers the output, unless it leaves nothing else to be said.
     """
     mode = path.effect("resonance").parameters
     damping, turn = mode["damping"], mode["frequency_hz"] * problem.simulator.sample_time_s
     heard = damping <= RINGING or float(np.hypot(mode["share"], mode["riding"])) >= LEAST_PEAK * 2.0 * damping
+    if any(1.0 / TUNED < mode["frequency_hz"] / hz < TUNED for hz in problem.excitations_hz):
+        carried = float(np.hypot(mode["beside"], mode["beside_rate"]) or np.hypot(mode["share"], mode["riding"]))
+        heard = damping <= TUNED_RINGING or carried >= LEAST_PEAK * 2.0 * damping
     if not (heard and damping <= MOST_DAMPED and turn < QUICKEST_MODE):
         return False
     return max(abs(mode["beside"]), abs(mode["beside_rate"])) <= LARGEST_MODE or all_said(path, problem)
