@@ -28,6 +28,7 @@ from dt_station_nodes.discovery.terms import nominal_terms
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
 NOISE_M = 2e-4
+SETTINGS = DiscoverySettings()
 Stage = Callable[[Bench, Task], Task]
 # Several plays side by side that only part of the voltage passes through.
 LOOPS = {"half_width_v": 0.5, "spread": 1.0, "depth": 0.7}
@@ -250,6 +251,31 @@ def test_edges_that_differ_are_one_dead_zone_however_small_it_is_beside_the_jump
     assert "dead_zone" in found
     assert found["half_width_v"] == pytest.approx(0.12, rel=0.1)
     assert found["centre_v"] == pytest.approx(-0.05, rel=0.1)
+
+
+@pytest.mark.parametrize(("channel", "shift"), [(Channel.POSITION, 0.011), (Channel.PRESSURE, 2e5)])
+def test_a_sensor_whose_zero_shifts_in_the_run_is_no_valves_null(channel: Channel, shift: float) -> None:
+    time_s = np.arange(900) * 0.02
+    voltage = 1.5 * np.sin(2.3 * time_s) + 2.0 * (channel is Channel.PRESSURE)
+    path = PAPER.paths[channel]
+    output = PathSimulator(channel, 0.02, voltage, np.zeros(0), 1e6, path.rest).simulate(path)
+    output += shift * (time_s > 11.0) + 0.03 * shift * np.random.default_rng(3).standard_normal(voltage.size)
+    problem = make_problem(
+        Run(0.02, {channel.voltage_signal: voltage, channel.signal: output}), PAPER, channel, SETTINGS
+    )
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    task = Task(fit_null(bench, path), Candidate("bias"))
+    null, sensor = (
+        search._settled(
+            bench, search._refined(bench, search._plain(bench, replace(task, candidate=Candidate("bias", at))))
+        )
+        for at in (None, Attachment.OUTPUT)
+    )
+    assert null.seen is not None
+    assert sensor.seen is not None
+    assert sensor.seen.fit.fitted.cost < min(0.8 * null.seen.fit.fitted.cost, 1.2 * len(voltage))
+    found = sensor.seen.fit.path.effect("bias").parameters
+    assert (found["jump_v"], found["jump_s"]) == pytest.approx((shift, 11.0), rel=0.03)
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,10 @@
-"""Bias: the valve's null is off zero, from the start or from some time on."""
+"""Bias: the valve's null, or a sensor's zero, is off, from the start or from some time on."""
 
 import math
 
 from ..compiled import TIME, Doubles, effect_step
 from ..onset import EVEN, come
-from .effect import Attachment, Effect, Parameter, Quantity
+from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 
 @effect_step
@@ -19,10 +19,10 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
 
 EFFECT = Effect(
     name="bias",
-    sentence="An offset acts as if added to the voltage.",
+    sentence="An offset acts as if added to the voltage, or to what is measured.",
     attachment=Attachment.INPUT,
     parameters=(
-        Parameter("bias_v", Quantity.INPUT, "offset of the voltage", -1.0, 1.0, (0.02, -0.02, 0.15, -0.15)),
+        Parameter("bias_v", Quantity.SIGNAL, "offset of the signal", -1.0, 1.0, (0.02, -0.02, 0.15, -0.15)),
         Parameter(
             "settling_s",
             Quantity.RUN_TIME,
@@ -44,7 +44,7 @@ EFFECT = Effect(
         ),
         Parameter(
             "jump_v",
-            Quantity.INPUT,
+            Quantity.SIGNAL,
             "further offset that comes in the course of the run",
             -2.0,
             2.0,
@@ -57,7 +57,9 @@ EFFECT = Effect(
         Parameter("jump_even", Quantity.RATIO, EVEN, 0.0, 1.0, (), optional=True),
     ),
     step=_step,
-    check="Command zero and watch for drift; adjust the valve's null and the amplifier's offset; see what happened "
-    "at the time at which it came.",
+    check="Command zero and watch for drift; adjust the valve's null and the amplifier's offset; measure the output a "
+    "second way; see what happened at the time at which it came.",
     source="servo-valve null shift: Merritt (1967), 7.3",
+    # A cylinder's sensor shows no offset that it has from the start; what comes in the run comes at once there.
+    also=on_both(Attachment.OUTPUT),
 )
