@@ -17,7 +17,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
-from dt_station_nodes.discovery.candidates import Candidate, hypothesis, library, plain_starts
+from dt_station_nodes.discovery.candidates import Candidate, hypothesis, in_vocabulary, library, plain_starts
 from dt_station_nodes.discovery.further_forms import BELL, BY_LOAD, FURTHER, HEAVY, KNEE, ONE_WAY, SHAKEN, WORN
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
@@ -236,6 +236,22 @@ def test_a_volume_behind_a_check_valve_is_found_where_a_lag_both_ways_is_not(upw
     numbers = one_way.path.effect("extra_lag").parameters
     assert numbers["unequal"] == pytest.approx(1.0 if upwards else -1.0, abs=0.1)
     assert (1.0 + abs(numbers["unequal"])) * numbers["time_constant_s"] == pytest.approx(lag_s, rel=0.1)
+
+
+def test_what_stiffens_at_rest_is_told_from_a_gain_that_drifts() -> None:
+    volts = (2.2 + 1.1 * np.sin(1.3 * SAMPLED) * (np.sin(0.35 * SAMPLED) > 0.0)) * (SAMPLED > 0.4)
+    built, before, passed = 1.0, 0.0, []
+    for volt in volts:
+        built = (built + FINE_S * (1.0 - built) / 3.0) * np.exp(-0.9 * abs(volt - before))
+        before = volt
+        passed.append(volt * (1.0 - 0.15 * built))
+    pressure = BARE.rest + driven(BARE, volts, lambda k, _: float(passed[k]), 7e3)
+    run = Run(FINE_S * FINER, {"load_voltage_v": volts[::FINER], "pressure_pa": pressure})
+    problem = make_problem(run, SPEC, Channel.PRESSURE, DiscoverySettings())
+    stiffens, drifts = (fitted(problem, Candidate(name)) for name in ("thixotropy", "gain_drift"))
+    assert stiffens.rss < min(0.3 * drifts.rss, 1.2 * len(problem.measured))
+    assert stiffens.path.effect("thixotropy").parameters["rebuilding_s"] == pytest.approx(3.0, rel=0.1)
+    assert not in_vocabulary("thixotropy")
 
 
 @pytest.mark.parametrize(("level_v", "hz"), [(0.07, 25.0), (0.15, 15.0)])

@@ -8,7 +8,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
 from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
-from dt_station_nodes.discovery.odds import SHARP_LOOP, UNUSUAL, UPHILL, against, creeps_uphill
+from dt_station_nodes.discovery.odds import LATE, SHARP_LOOP, UNUSUAL, UPHILL, against, creeps_uphill
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PATHS = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8")).paths
@@ -36,6 +36,14 @@ def test_a_leak_that_slows_the_motion_or_has_no_load_goes_no_way() -> None:
     assert not creeps_uphill(add_effect(POSITION, Candidate("leakage"), slows))
     alone = POSITION.model_copy(update={"disturbance": None})
     assert not creeps_uphill(add_effect(alone, Candidate("leakage"), {"coefficient": -1e-10}))
+
+
+def test_a_leak_that_takes_its_time_to_move_a_piston_is_rarer() -> None:
+    position, pressure = (
+        odds(c, "leakage", coefficient=1e-10, lag_s=0.5) for c in (Channel.POSITION, Channel.PRESSURE)
+    )
+    assert position == LATE
+    assert pressure == odds(Channel.PRESSURE, "leakage", coefficient=1e-10)
 
 
 def test_a_place_counts_before_the_channel() -> None:

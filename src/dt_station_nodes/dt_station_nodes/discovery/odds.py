@@ -13,6 +13,8 @@ UNUSUAL = {
     ("overflow", "output"): 1.0,
     # Without voltages inside its band a dead zone only takes off a constant; a bias could as well add one.
     ("bias", "pressure"): 4.0,
+    # A sensor's zero shifts more seldom than a valve's null.
+    ("bias", "output"): 6.0,
     # A pressure valve's loop is its magnet's more often than its spool's.
     ("friction", "pressure"): 6.0,
     ("cross_coupling", "position"): 8.0,
@@ -51,11 +53,13 @@ UNUSUAL_FORMS = {
 SHARP_LOOP = 6.0
 # The same against a leak that lets a piston creep against its load, as one from the supply past a valve's land.
 UPHILL = 8.0
+# The same against one that takes its time to move a piston: what does is a null that warms.
+LATE = 4.0
 
 
 def against(path: PathSpec, channel: Channel) -> float:
     """Twice the log prior odds against the places and forms of a path's effects."""
-    found = UPHILL * creeps_uphill(path)
+    found = UPHILL * creeps_uphill(path) + LATE * _creeps_late(path)
     for effect in path.effects:
         found += SHARP_LOOP * sharp_loop(effect)
         found += UNUSUAL.get((effect.name, effect.at.value if effect.at else channel.value), 0.0)
@@ -63,6 +67,11 @@ def against(path: PathSpec, channel: Channel) -> float:
             neutral = registry()[name].parameter(parameter).neutral
             found += odds * (effect.name == name and effect.parameters[parameter] != neutral)
     return found
+
+
+def _creeps_late(path: PathSpec) -> bool:
+    leaks = (effect.parameters for effect in path.effects if effect.name == "leakage")
+    return path.denominator[-1] == 0.0 and any(leak["lag_s"] > 0.0 for leak in leaks)
 
 
 def creeps_uphill(path: PathSpec) -> bool:

@@ -846,6 +846,16 @@ def test_what_tires_goes_with_past_effort_by_the_law_of_its_bend(bend, left):
     assert out[-1] == pytest.approx(-2.0 * left, rel=1e-4)
 
 
+@pytest.mark.parametrize("broken", [0.0, 0.7])
+def test_what_stiffens_at_rest_breaks_down_with_motion_either_way_and_comes_back(broken):
+    law = {"loss": 0.4, "rebuilding_s": 2.0, "breaking_per_v": 1.5, "broken": broken}
+    assert answer("thixotropy", law, voltage=np.full(5000, 1.0))[-1] == pytest.approx(0.6, rel=1e-3)
+    back = np.where(np.arange(5000) < 4950, 1.0, np.where(np.arange(5000) < 4951, 2.0, 1.0))
+    out = answer("thixotropy", law, voltage=back)
+    for sample, given, moved in ((4950, 2.0, 1.0), (4951, 1.0, 2.0)):
+        assert out[sample] == pytest.approx(given * (1.0 - 0.4 * math.exp(-1.5 * moved)), rel=0.02)
+
+
 def test_a_spring_may_stiffen_more_than_with_the_cube_and_sit_ahead_of_the_output():
     swings = PathSpec(numerator=[900.0], denominator=[1.0, 9.0, 900.0])
     spring = {"coefficient": 0.1, "stiffening": 0.5}

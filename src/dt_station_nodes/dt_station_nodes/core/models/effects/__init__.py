@@ -36,6 +36,7 @@ NAMES = (
     "saturation",
     "square_root_outflow",
     "stroke_dependent_gain",
+    "thixotropy",
     "trapped_air",
 )
 
