@@ -2,7 +2,7 @@
 
 import math
 
-from ..compiled import SUBSTEP, Doubles, effect_step
+from ..compiled import SUBSTEP, TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -10,8 +10,9 @@ from .effect import Attachment, Effect, Parameter, Quantity
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if s[2] == 0.0:
         s[2] = 1.0
-        s[0] = 1.0 - p[3]
         s[1] = value
+    if c[TIME] == 0.0:
+        s[0] = 1.0 - p[3]
     s[0] = (1.0 + (s[0] - 1.0) * math.exp(-c[SUBSTEP] / max(p[1], 1e-3))) * math.exp(-p[2] * abs(value - s[1]))
     s[1] = value
     return value * (1.0 - p[0] * s[0])
