@@ -28,7 +28,6 @@ from dt_station_nodes.discovery.terms import nominal_terms
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
 NOISE_M = 2e-4
-SETTINGS = DiscoverySettings()
 Stage = Callable[[Bench, Task], Task]
 # Several plays side by side that only part of the voltage passes through.
 LOOPS = {"half_width_v": 0.5, "spread": 1.0, "depth": 0.7}
@@ -70,9 +69,11 @@ def test_an_effect_of_many_parameters_is_found_where_its_plain_form_explains_not
     assert float(np.std(best.fit.residual)) < 1.2 * NOISE_M
 
 
-def run_with(effect: str, parameters: dict[str, float], voltage: np.ndarray, first_m: float = 0.0) -> Problem:
-    """A position path with one effect, and a little noise."""
-    path = PAPER.with_effect(Channel.POSITION, effect, parameters).paths[Channel.POSITION]
+def run_with(
+    effect: str, parameters: dict[str, float], voltage: np.ndarray, first_m: float = 0.0, rig: ModelSpec = PAPER
+) -> Problem:
+    """A rig's position path with one more effect, and a little noise."""
+    path = rig.with_effect(Channel.POSITION, effect, parameters).paths[Channel.POSITION]
     position = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 1e6, first_m).simulate(path)
     position += NOISE_M * np.random.default_rng(3).standard_normal(voltage.size)
     run = Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
@@ -260,21 +261,16 @@ def test_a_sensor_whose_zero_shifts_in_the_run_is_no_valves_null(channel: Channe
     path = PAPER.paths[channel]
     output = PathSimulator(channel, 0.02, voltage, np.zeros(0), 1e6, path.rest).simulate(path)
     output += shift * (time_s > 11.0) + 0.03 * shift * np.random.default_rng(3).standard_normal(voltage.size)
-    problem = make_problem(
-        Run(0.02, {channel.voltage_signal: voltage, channel.signal: output}), PAPER, channel, SETTINGS
-    )
+    run = Run(0.02, {channel.voltage_signal: voltage, channel.signal: output})
+    problem = make_problem(run, PAPER, channel, DiscoverySettings())
     bench = Bench(problem, nominal_terms(path, problem.signal))
-    task = Task(fit_null(bench, path), Candidate("bias"))
-    null, sensor = (
-        search._settled(
-            bench, search._refined(bench, search._plain(bench, replace(task, candidate=Candidate("bias", at))))
-        )
-        for at in (None, Attachment.OUTPUT)
-    )
-    assert null.seen is not None
-    assert sensor.seen is not None
-    assert sensor.seen.fit.fitted.cost < min(0.8 * null.seen.fit.fitted.cost, 1.2 * len(voltage))
-    found = sensor.seen.fit.path.effect("bias").parameters
+    bare = fit_null(bench, path)
+    tasks = (Task(bare, candidate) for candidate in library(channel) if candidate.name == "bias")
+    null, sensor = (search._settled(bench, search._refined(bench, search._plain(bench, task))).seen for task in tasks)
+    assert null is not None
+    assert sensor is not None
+    assert sensor.fit.fitted.cost < min(0.8 * null.fit.fitted.cost, 1.2 * len(voltage))
+    found = sensor.fit.path.effect("bias").parameters
     assert (found["jump_v"], found["jump_s"]) == pytest.approx((shift, 11.0), rel=0.03)
 
 
@@ -288,12 +284,8 @@ def test_a_sensor_whose_zero_shifts_in_the_run_is_no_valves_null(channel: Channe
 def test_a_glance_sees_what_comes_in_the_run(effect: str, numbers: dict[str, float]) -> None:
     """Beside another effect, what it would be if it were there from the start is not worth a second look."""
     voltage = 1.5 * np.sign(np.sin(2.3 * np.arange(900) * 0.02))
-    banded = PAPER.with_effect(Channel.POSITION, effect, numbers)
-    path = banded.with_effect(Channel.POSITION, "dead_zone", {"half_width_v": 0.16}).paths[Channel.POSITION]
-    position = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 1e6, 0.0).simulate(path)
-    position += NOISE_M * np.random.default_rng(3).standard_normal(voltage.size)
-    run = Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
-    problem = make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+    late = PAPER.with_effect(Channel.POSITION, effect, numbers)
+    problem = run_with("dead_zone", {"half_width_v": 0.16}, voltage, rig=late)
     bench = Bench(problem, nominal_terms(PAPER.paths[Channel.POSITION], problem.signal))
     null = fit_null(bench, PAPER.paths[Channel.POSITION])
     seen = search._glance(bench, Task(null, Candidate(effect))).seen

@@ -69,9 +69,12 @@ def against(path: PathSpec, channel: Channel) -> float:
     return found
 
 
+def _leaks(path: PathSpec) -> list[dict[str, float]]:
+    return [effect.parameters for effect in path.effects if effect.name == "leakage"]
+
+
 def _creeps_late(path: PathSpec) -> bool:
-    leaks = (effect.parameters for effect in path.effects if effect.name == "leakage")
-    return path.denominator[-1] == 0.0 and any(leak["lag_s"] > 0.0 for leak in leaks)
+    return path.denominator[-1] == 0.0 and any(leak["lag_s"] > 0.0 for leak in _leaks(path))
 
 
 def creeps_uphill(path: PathSpec) -> bool:
@@ -79,5 +82,4 @@ def creeps_uphill(path: PathSpec) -> bool:
     if path.disturbance is None:
         return False
     pushes = path.disturbance.gain * path.disturbance.numerator[-1]
-    leaks = (effect.parameters for effect in path.effects if effect.name == "leakage")
-    return any(leak["against"] <= 0.5 and leak["coefficient"] * pushes > 0.0 for leak in leaks)
+    return any(leak["against"] <= 0.5 and leak["coefficient"] * pushes > 0.0 for leak in _leaks(path))

@@ -849,7 +849,9 @@ def test_what_tires_goes_with_past_effort_by_the_law_of_its_bend(bend, left):
 @pytest.mark.parametrize("broken", [0.0, 0.7])
 def test_what_stiffens_at_rest_breaks_down_with_motion_either_way_and_comes_back(broken):
     law = {"loss": 0.4, "rebuilding_s": 2.0, "breaking_per_v": 1.5, "broken": broken}
-    assert answer("thixotropy", law, voltage=np.full(5000, 1.0))[-1] == pytest.approx(0.6, rel=1e-3)
+    steady = answer("thixotropy", law, voltage=np.full(5000, 1.0))
+    assert steady[0] == pytest.approx(1.0 - 0.4 * (1.0 - broken), rel=1e-2)
+    assert steady[-1] == pytest.approx(0.6, rel=1e-3)
     back = np.where(np.arange(5000) < 4950, 1.0, np.where(np.arange(5000) < 4951, 2.0, 1.0))
     out = answer("thixotropy", law, voltage=back)
     for sample, given, moved in ((4950, 2.0, 1.0), (4951, 1.0, 2.0)):
