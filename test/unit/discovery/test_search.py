@@ -22,7 +22,7 @@ from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.refinements import GRIP, refinements
 from dt_station_nodes.discovery.search import scan, scan_whole
 from dt_station_nodes.discovery.selection import Bench, Explanation, as_given, fit_null
-from dt_station_nodes.discovery.tasks import StoppedError, Task, each
+from dt_station_nodes.discovery.tasks import HOPELESS, StoppedError, Task, each
 from dt_station_nodes.discovery.terms import nominal_terms
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
@@ -356,3 +356,26 @@ def test_a_further_effect_is_followed_only_as_far_as_the_best_glance_promises(
     best = min(t.seen.fit.fitted.cost for t in followed if t.seen is not None)
     assert 3 <= len(followed) < len(stages[0])
     assert {t.rival for t in followed} == {search.SEEN * best if further else np.inf}
+
+
+def test_what_is_far_behind_one_that_leaves_noise_is_not_refined(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It stays among what was found, in its plain form."""
+    time_s = 0.02 * np.arange(900)
+    shut = run_with("dead_zone", {"half_width_v": 0.5}, 2.0 * np.sin(1.7 * time_s))
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(shut, nominal_terms(path, shut.signal))
+    refined: set[str] = set()
+    own = search._refined
+
+    def noted(bench: Bench, task: Task) -> Task:
+        refined.add(task.candidate.name)
+        return own(bench, task)
+
+    monkeypatch.setattr(search, "_refined", noted)
+    found = scan(bench, [fit_null(bench, path)], 8, 8)
+    names = {e.added[0] for e in found}
+    assert found[0].added == ("dead_zone",)
+    assert "dead_zone" in refined
+    assert names > refined
+    costs = {e.added[0]: e.fit.fitted.cost for e in found}
+    assert all(costs[name] > HOPELESS * found[0].fit.fitted.cost for name in names - refined)

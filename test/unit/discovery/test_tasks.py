@@ -9,12 +9,12 @@ import pytest
 from dt_station_nodes.discovery.candidates import Candidate
 from dt_station_nodes.discovery.further_forms import AT_REST, WORN
 from dt_station_nodes.discovery.selection import Bench, Explanation
-from dt_station_nodes.discovery.tasks import SETTLED, StoppedError, Task, against, best_of, each
+from dt_station_nodes.discovery.tasks import HOPELESS, SETTLED, StoppedError, Task, against, best_of, each, within_reach
 from dt_station_nodes.discovery.workers import ALONE
 
 
-def explained(cost: float, held: bool = False, added: tuple[str, ...] = ()) -> Explanation:
-    fit = SimpleNamespace(fitted=SimpleNamespace(cost=cost), path=SimpleNamespace(effects=added))
+def explained(cost: float, held: bool = False, added: tuple[str, ...] = (), full: bool = False) -> Explanation:
+    fit = SimpleNamespace(fitted=SimpleNamespace(cost=cost), path=SimpleNamespace(effects=added), full=full)
     return cast("Explanation", SimpleNamespace(fit=fit, held=held, added=added))
 
 
@@ -66,6 +66,16 @@ def test_a_single_effects_form_apart_brings_its_plain_one_along() -> None:
     more = explained(1e3, added=("leakage",))
     chosen, _ = best_of([task(name, cost, apart=apart, base=more) for name, cost, apart in costs], 1)
     assert [(t.candidate.name, t.candidate.apart) for t in chosen] == [("bias", False), ("delay", True)]
+
+
+@pytest.mark.parametrize("full", [True, False])
+def test_only_one_that_leaves_noise_leaves_others_hopeless(full: bool) -> None:
+    """Where each leaves a gap, how large it is says nothing of how much a refined form leaves."""
+    best = Task(BASE, Candidate("bias"), seen=explained(1.0, full=full))
+    tasks = [task("friction", 1.1 * HOPELESS), best, task("dead_zone", 1.1 * HOPELESS, 0.9 * HOPELESS)]
+    near, far = within_reach(tasks)
+    assert [t.candidate.name for t in near] == (["bias", "dead_zone"] if full else ["friction", "bias", "dead_zone"])
+    assert [t.candidate.name for t in far] == (["friction"] if full else [])
 
 
 @pytest.mark.parametrize(("rough", "known"), [(False, [5.0, 4.0]), (True, [4.0])])

@@ -22,7 +22,7 @@ from .sequence import in_sequence
 from .start_groups import by_form, unbent, unlike
 from .stick_slip import climbed, sticks
 from .strangers import SAME
-from .tasks import SETTLED, Task, against, best_of, each, forms_of
+from .tasks import SETTLED, Task, against, best_of, each, forms_of, within_reach
 from .terms import Hypothesis
 from .timing import coming_in_run, with_numbers
 
@@ -215,8 +215,9 @@ def scan(
     # A single effect may need all its way to be told from another; of larger sets far more are tried than can be one.
     chosen = [task if not task.base.added else held for task, held in zip(chosen, against(chosen, SEEN), strict=True)]
     plain = against(each(bench, _plain, chosen))
-    finer, others = best_of(plain, finest) if finest < most else (plain, [])
-    fitted = each(bench, _settled, against([*each(bench, _refined, finer), *others]))
+    near, far = within_reach(plain)
+    finer, others = best_of(near, finest) if finest < most else (near, [])
+    fitted = each(bench, _settled, against([*each(bench, _refined, finer), *others, *far]))
     return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))
 
 

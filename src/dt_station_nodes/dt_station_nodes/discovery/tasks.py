@@ -10,6 +10,7 @@ from .candidates import Candidate, Freed
 from .hypothesis_fit import Costs
 from .selection import Bench, Explanation
 
+HOPELESS = 50.0  # times the cost of the best where that is all there is: no refinement makes up for so much
 SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
 
 
@@ -75,6 +76,15 @@ def against(tasks: Sequence[Task], times: float = SETTLED) -> list[Task]:
     """Tasks to be held against the best of them, `times` its cost."""
     best = min((form.fit.fitted.cost for task in tasks for form in forms_of(task)), default=np.inf)
     return [replace(task, rival=min(times * best, task.rival)) for task in tasks]
+
+
+def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
+    """Tasks that refining may bring near the best of them, and those far behind one that leaves nothing but noise."""
+    full = [form.fit.fitted.cost for task in tasks for form in forms_of(task) if form.fit.full]
+    most = HOPELESS * min(full, default=np.inf)
+    far = [min((f.fit.fitted.cost for f in forms_of(task)), default=np.inf) > most for task in tasks]
+    pairs = list(zip(tasks, far, strict=True))
+    return [task for task, out in pairs if not out], [task for task, out in pairs if out]
 
 
 def _cost(task: Task) -> float:
