@@ -22,7 +22,7 @@ from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.refinements import GRIP, refinements
 from dt_station_nodes.discovery.search import scan, scan_whole
 from dt_station_nodes.discovery.selection import Bench, Explanation, as_given, fit_null
-from dt_station_nodes.discovery.tasks import HOPELESS, StoppedError, Task, each
+from dt_station_nodes.discovery.tasks import HOPELESS, StoppedError, Task, each, forms_of
 from dt_station_nodes.discovery.terms import nominal_terms
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
@@ -272,6 +272,26 @@ def test_a_sensor_whose_zero_shifts_in_the_run_is_no_valves_null(channel: Channe
     assert sensor.fit.fitted.cost < min(0.8 * null.fit.fitted.cost, 1.2 * len(voltage))
     found = sensor.fit.path.effect("bias").parameters
     assert (found["jump_v"], found["jump_s"]) == pytest.approx((shift, 11.0), rel=0.03)
+
+
+@pytest.mark.parametrize("numbers", [{"rate_v_per_s": 25.0}, {"rate_v_per_s": 25.0, "asymmetry": -0.6}])
+def test_a_pressure_that_fills_no_faster_is_no_valve_that_slews(numbers: dict[str, float]) -> None:
+    """Behind the valve's lags the slope breaks off at once, which a limit before them rounds."""
+    time_s = np.arange(900) * 0.02
+    voltage = 4.0 + 3.0 * np.sign(np.sin(2.3 * time_s))
+    path = PAPER.with_effect(Channel.PRESSURE, "rate_limit", numbers, Attachment.OUTPUT).paths[Channel.PRESSURE]
+    output = PathSimulator(Channel.PRESSURE, 0.02, voltage, np.zeros(0), 1e6, path.rest).simulate(path)
+    output += 1e4 * np.random.default_rng(3).standard_normal(voltage.size)
+    run = Run(0.02, {"load_voltage_v": voltage, "pressure_pa": output})
+    problem = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    bare = fit_null(bench, PAPER.paths[Channel.PRESSURE])
+    tried = [c for c in library(Channel.PRESSURE) if c.name == "rate_limit"]
+    found = [search._refined(bench, search._plain(bench, Task(bare, candidate))) for candidate in tried]
+    costs = {(t.candidate.at, t.candidate.apart): min(e.fit.fitted.cost for e in forms_of(t)) for t in found}
+    behind = costs.pop((Attachment.OUTPUT, False))
+    assert behind < 1.2 * len(voltage)
+    assert min(costs.values()) > 1.5 * behind
 
 
 @pytest.mark.parametrize(

@@ -411,6 +411,31 @@ def test_a_loop_of_limited_speed_is_its_lag_that_slews():
     assert np.abs(before - expected[1:])[settled].max() > 0.1
 
 
+@pytest.mark.parametrize("softness_s", [0.0, 0.05])
+def test_a_pressure_that_fills_no_faster_follows_what_its_valve_makes_at_a_rate(softness_s):
+    """Against fine steps of p' = r tanh((y - p) / (r T)), or clipped to r, behind a path whose static gain is 3."""
+    rate_v, lag, gain, fine = 0.6, 0.1, 3.0, 200
+    square = np.where(TIME % 4.0 < 2.0, 1.0, -0.5) * (TIME > 0.1)
+    lagged = PathSpec(numerator=[gain], denominator=[lag, 1.0])
+    slew = {"rate_v_per_s": rate_v, "softness_s": softness_s}
+    spec = ModelSpec(name="t", paths={Channel.PRESSURE: lagged})
+    spec = spec.with_effect(Channel.PRESSURE, "rate_limit", slew, Attachment.OUTPUT)
+    out = PlantModel(spec, TS).simulate(square, square).pressure_pa
+    expected, y, p, step = [], 0.0, 0.0, TS / fine
+    for held in square:
+        expected.append(p)
+        for _ in range(fine):
+            y = gain * held + (y - gain * held) * math.exp(-step / lag)
+            most = rate_v * gain
+            p += (
+                step * most * math.tanh((y - p) / (most * softness_s))
+                if softness_s
+                else np.clip(y - p, -most * step, most * step)
+            )
+    assert np.abs(out - expected).max() < 0.02
+    assert np.abs(np.diff(out)).max() == pytest.approx(rate_v * gain * TS, rel=1e-3)
+
+
 def test_a_sag_that_bends_falls_with_the_square_root_of_the_output():
     start_m, sag, bend = 0.1, 0.4, 5000.0
     spec = ModelSpec(name="t", paths={Channel.POSITION: INTEGRATOR, Channel.PRESSURE: STATIC})

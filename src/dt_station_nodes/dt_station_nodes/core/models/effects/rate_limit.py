@@ -1,10 +1,11 @@
-"""Rate limit: the valve cannot follow faster than its slew rate."""
+"""Rate limit: a valve cannot follow faster than its slew rate, a pressure not rise faster than its pump fills it."""
 
 import math
 
 from numba import njit
 
-from ..compiled import SUBSTEP, Doubles, effect_step
+from ...channels import Channel
+from ..compiled import STAGE, STATIC_GAIN, SUBSTEP, Doubles, effect_step
 from ..sided import sided
 from .effect import PAST_ZERO, Attachment, Effect, Parameter, Quantity
 
@@ -23,7 +24,7 @@ def _gap(gap: float, scale: float, ratio: float) -> float:
 
 @njit(cache=True)
 def _soft(s: Doubles, value: float, scale: float, ratio: float) -> float:
-    """A follower that slews far from the voltage and lags close to it; its mean over the sub-step by Simpson."""
+    """A follower that slews far from the value and lags close to it; its mean over the sub-step by Simpson."""
     if scale <= 0.0:
         return s[0]
     gap = value - s[0]
@@ -59,6 +60,14 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[0] = value
     wanted = value - s[0]
     rate = p[0] * sided(wanted, s[0], p[2], p[4], p[5])
+    if c[STAGE] > 1.5:
+        rate *= abs(c[STATIC_GAIN])
+        most = rate * c[SUBSTEP]
+        if p[1] > 1e-6:
+            _soft(s, value, rate * p[1], c[SUBSTEP] / p[1])
+        else:
+            s[0] += min(max(wanted, -most), most)
+        return s[0]
     if p[3] > 1e-6:
         return _inside(s, value, rate, p[3], c[SUBSTEP])
     if p[1] > 1e-6:
@@ -75,7 +84,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
 
 EFFECT = Effect(
     name="rate_limit",
-    sentence="The valve follows the voltage no faster than its slew rate.",
+    sentence="The valve follows the voltage, or a pressure its valve, no faster than at a highest rate.",
     attachment=Attachment.INPUT,
     parameters=(
         Parameter(
@@ -114,6 +123,7 @@ EFFECT = Effect(
             1.0,
             (0.05,),
             optional=True,
+            at=Attachment.INPUT,
         ),
         Parameter(
             "closing",
@@ -131,4 +141,5 @@ EFFECT = Effect(
     source="slew-rate limiter; Slotine & Li, Applied Nonlinear Control (1991), 5.2",
     state_size=2,
     sub_stepped=True,
+    also={Channel.PRESSURE: (Attachment.OUTPUT,)},
 )
