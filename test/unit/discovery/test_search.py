@@ -137,6 +137,26 @@ def test_a_valve_far_slower_than_its_voltage_jumps_is_found() -> None:
     assert found["rate_v_per_s"] == pytest.approx(rate_v_per_s, rel=0.1)
 
 
+@pytest.mark.parametrize("asymmetry", [0.3, -0.2])
+def test_a_piston_that_its_seals_hold_back_one_way_more_is_found(asymmetry: float) -> None:
+    """Its lag is unequal with its gain, which a gain by direction alone does not explain."""
+    gain, rate, step_s, speed = 0.01 * 206.4 / 23.34, 23.34, 0.02 / 50, 0.0
+    voltage = 1.5 * np.sin(2.3 * np.arange(900) * 0.02) + 0.8 * np.sign(np.sin(3.1 * np.arange(900) * 0.02))
+    way = [0.0]
+    for volts in voltage[:-1]:
+        speeds = [speed]
+        for _ in range(50):
+            speed += rate * step_s * (gain * volts - speed + asymmetry * abs(speed))
+            speeds.append(speed)
+        way.append(way[-1] + step_s * float(np.sum(speeds[:-1])))
+    position = np.array(way) + NOISE_M * np.random.default_rng(3).standard_normal(voltage.size)
+    run = Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
+    found = best_single(make_problem(run, PAPER, Channel.POSITION, DiscoverySettings()))
+    assert "asymmetric_gain" in found
+    assert found["of_drag"] == 1.0
+    assert found["asymmetry"] == pytest.approx(asymmetry, abs=0.02)
+
+
 def test_the_two_ends_of_a_pistons_way_are_found() -> None:
     ends = {"limit": 0.021, "lower_limit": -0.013, "standing": 1.0}
     found = best_single(run_with("overflow", ends, 1.5 * np.sin(2.3 * np.arange(900) * 0.02)))

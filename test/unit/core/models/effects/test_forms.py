@@ -288,6 +288,26 @@ def test_a_piston_whose_lag_is_unequal_too_goes_as_its_equation_says() -> None:
     assert off < 0.02 * other
 
 
+@pytest.mark.parametrize("asymmetry", [0.25, -0.25])
+def test_a_piston_with_unequal_drag_goes_as_its_equation_says(asymmetry: float) -> None:
+    """T v' = K u - v + a |v|: gain and lag over 1 - a forward, over 1 + a backward."""
+    gain, rate = 0.01 * 206.4 / 23.34, 23.34
+    servo = np.repeat([1.0, -1.0, 0.4, -2.0], 30)
+    speed, went, fine = 0.0, [0.0], 200
+    for volts in servo:
+        way = went[-1]
+        for _ in range(fine):
+            drag = 1.0 - asymmetry * np.sign(speed or volts)
+            before, end = speed, gain * volts / drag
+            speed = end + (speed - end) * np.exp(-rate * drag * STEP_S / fine)
+            way += 0.5 * (before + speed) * STEP_S / fine
+        went.append(way)
+    dragged = position(servo, having(POSITION, "asymmetric_gain", at="state", asymmetry=asymmetry, of_drag=1.0))
+    driven = position(servo, having(POSITION, "asymmetric_gain", at="state", asymmetry=asymmetry))
+    off, other = (np.abs(one - np.array(went[:-1])).max() for one in (dragged, driven))
+    assert off < 0.01 * other
+
+
 def test_a_mode_that_only_changes_shake_answers_as_behind_a_washout() -> None:
     time_s = np.arange(4000) * STEP_S
     given = np.where(time_s < 0.5, 0.0, 1.0) + 0.3 * np.sin(2.0 * np.pi * 1.7 * time_s)

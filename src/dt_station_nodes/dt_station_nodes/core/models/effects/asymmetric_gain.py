@@ -59,6 +59,16 @@ def _paced(asymmetry: float, value: float, wanted: float, c: Doubles) -> float:
     return (quicker * wanted + stands) / (1.0 - (1.0 - quicker) * half / c[SPEED_GAIN])
 
 
+@njit(cache=True)
+def _dragged(asymmetry: float, value: float, c: Doubles) -> float:
+    """Voltage (V) with which a path goes on that its own motion holds back less forward than backward."""
+    before, after = c[VELOCITY], c[FREE_VELOCITY] - c[LOAD_VELOCITY]
+    size = _mean_size(before, after)
+    # What this changes within the sub-step counts half.
+    changes = 0.5 * asymmetry * c[VELOCITY_GAIN] / c[SPEED_GAIN] * (1.0 if after > 0.0 else -1.0)
+    return value + asymmetry * size / c[SPEED_GAIN] / (1.0 - changes)
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[STAGE] > 0.5 and c[STATIC_GAIN] != 0.0:
@@ -68,6 +78,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         if p[4] > 0.5 and c[SPEED_GAIN] != 0.0:
             c[INJECTION] += p[0] * _mean_size(c[VELOCITY], c[FREE_VELOCITY] - c[LOAD_VELOCITY])
             return value
+        if p[7] > 0.5 and c[SPEED_GAIN] != 0.0:
+            return _dragged(p[0], value, c)
         if p[6] != 0.0 and c[SPEED_GAIN] != 0.0:
             return _paced(p[6], value, value * (1.0 + p[0] if value > 0.0 else 1.0 - p[0]), c)
         return value * (1.0 + p[0] if c[FREE_VELOCITY] > c[LOAD_VELOCITY] else 1.0 - p[0])
@@ -148,6 +160,18 @@ EFFECT = Effect(
             0.9,
             (0.2, -0.2),
             optional=True,
+            channels=(Channel.POSITION,),
+            at=Attachment.STATE,
+        ),
+        Parameter(
+            "of_drag",
+            Quantity.RATIO,
+            "inside an integrating path, 1: what drags on the motion is unequal, and with it gain and lag",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            usual=(1.0,),
             channels=(Channel.POSITION,),
             at=Attachment.STATE,
         ),
