@@ -13,9 +13,11 @@ from dt_station_nodes.discovery.tasks import HOPELESS, SETTLED, StoppedError, Ta
 from dt_station_nodes.discovery.workers import ALONE
 
 
-def explained(cost: float, held: bool = False, added: tuple[str, ...] = (), full: bool = False) -> Explanation:
+def explained(
+    cost: float, held: bool = False, added: tuple[str, ...] = (), full: bool = False, inside: bool = True
+) -> Explanation:
     fit = SimpleNamespace(fitted=SimpleNamespace(cost=cost), path=SimpleNamespace(effects=added), full=full)
-    return cast("Explanation", SimpleNamespace(fit=fit, held=held, added=added))
+    return cast("Explanation", SimpleNamespace(fit=fit, held=held, added=added, inside=inside))
 
 
 BASE = explained(1e3)
@@ -68,14 +70,18 @@ def test_a_single_effects_form_apart_brings_its_plain_one_along() -> None:
     assert [(t.candidate.name, t.candidate.apart) for t in chosen] == [("bias", False), ("delay", True)]
 
 
-@pytest.mark.parametrize("full", [True, False])
-def test_only_one_that_leaves_noise_leaves_others_hopeless(full: bool) -> None:
+@pytest.mark.parametrize(
+    ("full", "inside", "hopeless"), [(True, True, True), (False, True, False), (True, False, False)]
+)
+def test_only_a_name_that_leaves_noise_leaves_others_hopeless(full: bool, inside: bool, hopeless: bool) -> None:
     """Where each leaves a gap, how large it is says nothing of how much a refined form leaves."""
-    best = Task(BASE, Candidate("bias"), seen=explained(1.0, full=full))
+    best = Task(BASE, Candidate("bias"), seen=explained(1.0, full=full, inside=inside))
     tasks = [task("friction", 1.1 * HOPELESS), best, task("dead_zone", 1.1 * HOPELESS, 0.9 * HOPELESS)]
     near, far = within_reach(tasks)
-    assert [t.candidate.name for t in near] == (["bias", "dead_zone"] if full else ["friction", "bias", "dead_zone"])
-    assert [t.candidate.name for t in far] == (["friction"] if full else [])
+    assert [t.candidate.name for t in near] == (
+        ["bias", "dead_zone"] if hopeless else ["friction", "bias", "dead_zone"]
+    )
+    assert [t.candidate.name for t in far] == (["friction"] if hopeless else [])
 
 
 @pytest.mark.parametrize(("rough", "known"), [(False, [5.0, 4.0]), (True, [4.0])])

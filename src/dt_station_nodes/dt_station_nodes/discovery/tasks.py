@@ -79,8 +79,11 @@ def against(tasks: Sequence[Task], times: float = SETTLED) -> list[Task]:
 
 
 def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
-    """Tasks that refining may bring near the best of them, and those far behind one that leaves nothing but noise."""
-    full = [form.fit.fitted.cost for task in tasks for form in forms_of(task) if form.fit.full]
+    """Tasks that refining may bring near the best of them, and those far behind one that leaves nothing but noise.
+
+    One that is never named leaves the question open how near the others get.
+    """
+    full = [form.fit.fitted.cost for task in tasks for form in forms_of(task) if form.inside and form.fit.full]
     most = HOPELESS * min(full, default=np.inf)
     far = [min((f.fit.fitted.cost for f in forms_of(task)), default=np.inf) > most for task in tasks]
     pairs = list(zip(tasks, far, strict=True))
