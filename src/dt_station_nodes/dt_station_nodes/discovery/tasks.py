@@ -85,9 +85,11 @@ def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
     """
     full = [form.fit.fitted.cost for task in tasks for form in forms_of(task) if form.inside and form.fit.full]
     most = HOPELESS * min(full, default=np.inf)
-    far = [min((f.fit.fitted.cost for f in forms_of(task)), default=np.inf) > most for task in tasks]
-    pairs = list(zip(tasks, far, strict=True))
-    return [task for task, out in pairs if not out], [task for task, out in pairs if out]
+
+    def near(task: Task) -> bool:
+        return any(form.fit.fitted.cost <= most for form in forms_of(task))
+
+    return [task for task in tasks if near(task)], [task for task in tasks if not near(task)]
 
 
 def _cost(task: Task) -> float:

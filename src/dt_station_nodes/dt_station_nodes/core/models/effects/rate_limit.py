@@ -90,7 +90,7 @@ EFFECT = Effect(
         Parameter(
             "rate_v_per_s",
             Quantity.INPUT_RATE,
-            "highest rate of change",
+            "highest rate of change; behind the path, of the voltage that its output stands for at rest",
             2e-5,
             3.0,
             tuple(round(0.0015 * 1.42**k, 5) for k in range(20)),
@@ -137,7 +137,7 @@ EFFECT = Effect(
         PAST_ZERO,
     ),
     step=_step,
-    check="Compare the answers to a small and a large step; look at amplifier ramps and pilot flow.",
+    check="Compare the answers to a small and a large step; look at amplifier ramps, pilot flow and pump.",
     source="slew-rate limiter; Slotine & Li, Applied Nonlinear Control (1991), 5.2",
     state_size=2,
     sub_stepped=True,
