@@ -361,3 +361,26 @@ def test_a_name_that_does_not_mean_what_it_says_is_grown_from_although_it_leaves
     leader = min((e for e in known if e.inside), key=take_measure(bench, known).score)
     assert set(leader.added) == {"bias", "asymmetric_gain"}
     assert sensible(leader, problem)
+
+
+@pytest.mark.parametrize(("wrong", "scans"), [((0,), [[1], [0]]), ((), [[0]]), ((0, 1, 2), [[0]])])
+def test_what_leaves_nothing_under_a_wrong_name_keeps_no_other_from_being_grown_from(
+    singles: tuple[Bench, Explanation, list[Explanation]],
+    monkeypatch: pytest.MonkeyPatch,
+    wrong: tuple[int, ...],
+    scans: list[list[int]],
+) -> None:
+    bench, first, found = singles
+    null = replace(first, powers=(1e6 * first.powers[0],))
+    floor = bench.floors(first)[0] * len(bench.problem.measured)
+    leaders = [replace(e, powers=(left * floor,)) for e, left in zip(found[1:4], (1.1, 30.0, 1e3), strict=True)]
+    grown: list[list[int]] = []
+
+    def noted(_bench: Bench, bases: list[Explanation], *_: object) -> list[Explanation]:
+        grown.append([next(i for i, e in enumerate(leaders) if e is base) for base in bases])
+        return []
+
+    monkeypatch.setattr(growth, "scan", noted)
+    monkeypatch.setattr(growth, "sensible", lambda e, _: all(e is not leaders[i] for i in wrong))
+    Growth(bench, null, [null, *leaders], 2)._extend(growth.BEAM)
+    assert grown == scans

@@ -69,6 +69,40 @@ def test_an_effect_of_many_parameters_is_found_where_its_plain_form_explains_not
     assert float(np.std(best.fit.residual)) < 1.2 * NOISE_M
 
 
+def plays(voltage: np.ndarray) -> np.ndarray:
+    """Five plays side by side, each from its middle."""
+    halves = np.linspace(0.05, 0.25, 5)
+    held, out = np.full(5, voltage[0]), np.empty_like(voltage)
+    for k, volts in enumerate(voltage):
+        held = np.clip(held, volts - halves, volts + halves)
+        out[k] = held.mean()
+    return out
+
+
+@pytest.mark.parametrize("begins", [0.0, 1.0])
+def test_plays_that_two_levels_do_not_tell_from_one_are_told_by_another_waveform(begins: float) -> None:
+    path = PAPER.paths[Channel.PRESSURE]
+    time_s = 0.02 * np.arange(1200)
+    square = 2.2 + 1.2 * signal.square(1.95 * time_s)
+    square[0] = 2.2 + 1.2 * begins
+    other = 1.9 + 1.1 * signal.sawtooth(1.45 * time_s, 0.5) + 0.35 * np.sin(5.65 * time_s)
+
+    def seen(voltage: np.ndarray, seed: int) -> Problem:
+        pressure = PathSimulator(Channel.PRESSURE, 0.02, plays(voltage), np.zeros(0), 1e6, 1e6).simulate(path)
+        pressure += 1.5e4 * np.random.default_rng(seed).standard_normal(time_s.size)
+        run = Run(0.02, {"load_voltage_v": voltage, "pressure_pa": pressure})
+        return make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+
+    problem, check = seen(square, 1), seen(other, 2)
+    bench = Bench(problem, nominal_terms(path, problem.signal), check)
+    loop = next(c for c in library(Channel.PRESSURE) if c.name == "hysteresis" and not c.apart)
+    found = search._settled(bench, search._refined(bench, search._plain(bench, Task(fit_null(bench, path), loop)))).seen
+    assert found is not None
+    numbers = found.fit.path.effect("hysteresis").parameters
+    assert (numbers["half_width_v"], numbers["spread"]) == pytest.approx((0.15, 1.0), rel=0.02)
+    assert found.powers[1] < 1.05 * len(check.measured) * 1.5e4**2
+
+
 def run_with(
     effect: str, parameters: dict[str, float], voltage: np.ndarray, first_m: float = 0.0, rig: ModelSpec = PAPER
 ) -> Problem:

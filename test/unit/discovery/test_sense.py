@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec
+from dt_station_nodes.core.models import EffectSpec, ModelSpec
 from dt_station_nodes.core.models.effects import Attachment, Quantity
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
@@ -38,7 +38,7 @@ def problem(run: Run) -> Problem:
 
 
 def as_it_is(
-    problem: Problem, name: str, parameters: dict[str, float], at: Attachment | None = None, **nominal: float
+    problem: Problem, name: str, parameters: dict[str, float], at: Attachment | None = None, **nominal: object
 ) -> Explanation:
     """An effect at given parameters and a place (None: its usual one), nothing fitted."""
     path = PAPER.paths[problem.channel].model_copy(update=nominal)
@@ -218,6 +218,10 @@ def test_a_spool_that_does_not_slip_is_a_loop_and_a_piston_need_not(run: Run, pr
     way = 1.0 / pressure.scales[Quantity.INPUT_PER_OUTPUT]
     assert sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "presliding": 0.05 * way}), pressure)
     assert not sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.2, "presliding": 0.01 * way}), pressure)
+    # Unless what breaks away is clearly more than what slides.
+    for excess_v, breaks in ((0.02, False), (0.1, True)):
+        spool = {"coulomb_v": 0.2, "static_excess_v": excess_v, "presliding": 0.01 * way}
+        assert sensible(as_it_is(pressure, "friction", spool), pressure) is breaks
     # So soft that they bend wherever the run goes, they never slide.
     wherever = 0.095 * pressure.scales[Quantity.OUTPUT]
     assert not sensible(as_it_is(pressure, "friction", {"coulomb_v": 0.02, "presliding": wherever}), pressure)
@@ -289,6 +293,22 @@ def test_a_band_that_no_voltage_goes_into_is_a_bias(run: Run) -> None:
     for above_v, sense in ((0.3, True), (-0.3, False)):
         band = {"half_width_v": 0.2, "centre_v": lowest_v + above_v, "working": 1.0}
         assert sensible(as_it_is(pressure, "dead_zone", band), pressure) is sense
+
+
+@pytest.mark.parametrize(
+    ("half_width_v", "bias_v", "sense"),
+    [(0.3, 0.4, False), (0.3, -0.1, False), (0.3, -0.4, True), (0.6, 0.4, True), (0.3, 0.0, True)],
+)
+def test_a_band_that_no_voltage_goes_into_is_a_part_of_the_bias_beside_it(
+    run: Run, half_width_v: float, bias_v: float, sense: bool
+) -> None:
+    pressure = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    simulator = pressure.simulator
+    lifted = replace(pressure, simulator=replace(simulator, voltage_v=0.5 + np.maximum(simulator.voltage_v, 0.0)))
+    bias = (EffectSpec(name="bias", parameters={"bias_v": bias_v}),) if bias_v else ()
+    effects = (*PAPER.paths[Channel.PRESSURE].effects, *bias)
+    band = {"half_width_v": half_width_v}
+    assert sensible(as_it_is(lifted, "dead_zone", band, effects=effects), lifted) is sense
 
 
 def test_what_bends_over_most_of_the_voltage_is_neither_a_kink_nor_a_band(run: Run) -> None:

@@ -111,7 +111,9 @@ class Growth:
         smaller = [measure.left(e) for e in inside if len(e.added) < size]
         if not measure.rough and size > 1 and measure.left(inside[0]) > MORE_LEAVES * min(smaller, default=np.inf):
             return False
-        near = LIKELY * measure.left(inside[0])
+        # What is not what its name says tells nothing of how little a name leaves.
+        believed = [e for e in inside if measure.rough or sensible(e, self._bench.problem)]
+        near = LIKELY * measure.left((believed or inside)[0])
         bases = [e for e in inside[: beam if size == 1 else 1] if measure.left(e) <= near or e is inside[0]]
         # What has been grown already would give the same again.
         bases = [e for e in bases if self._grown.get(tuple(sorted(e.added))) is not e]
@@ -119,7 +121,9 @@ class Growth:
         if not bases:
             return False
         self._grown.update({tuple(sorted(e.added)): e for e in bases})
-        self._scan(bases, measure)
+        # Whatever is added to a set that explains all under a wrong name does: it is to leave the others their places.
+        for sense in (True, False):
+            self._scan([e for e in bases if any(e is other for other in believed) is sense], measure)
         return True
 
     def _foreign(self) -> bool:

@@ -114,7 +114,8 @@ def _refined(bench: Bench, task: Task) -> Task:
     if not forms.names:
         return task
     ones, alone = _stepped(bench, task, path, forms)
-    ones += at_usual(bench, task.candidate.name, alone)
+    usual = at_usual(bench, task.candidate.name, alone)
+    ones += [*usual, *(_begun(bench, task, forms, (), form.fit.path) for form in usual if forms.begins)]
     if task.other is not None:
         ones += _stepped(bench, task, task.other.fit.path, forms)[0]
     # Where noise is all that is left, a mode is found without; else the base is bent and its minima are shallow.
@@ -149,13 +150,16 @@ def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _S
         told = best if task.base.added else _foretelling(bench, steps, best)
         ones += [followed(told, steps[told])] if told != best else []
     if forms.begins:
-        form = best if steps else ()
-        starts = step_starts(ones[0].fit.path if steps else path, forms, (BEGINS,))
-        ones.append(_form(bench, task, (*form, BEGINS), starts, bench.iterations, 1))
+        ones.append(_begun(bench, task, forms, best if steps else (), ones[0].fit.path if steps else path))
     for other in (grip, warm and followed(heat, warm)):
         if other is not None and all(other.fit.fitted.cost < one.fit.fitted.cost for one in ones):
             ones.append(other)
     return ones, {names[0]: e for names, e in steps.items() if len(names) == 1}
+
+
+def _begun(bench: Bench, task: Task, forms: Refinements, names: _Names, path: PathSpec) -> Explanation:
+    """A form with these names free from where `path` stands, and with where it was when the run began."""
+    return _form(bench, task, (*names, BEGINS), step_starts(path, forms, (BEGINS,)), bench.iterations, 1)
 
 
 def _foretelling(bench: Bench, steps: Mapping[_Names, Explanation], best: _Names) -> _Names:

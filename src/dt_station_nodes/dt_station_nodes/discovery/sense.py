@@ -7,6 +7,7 @@ import numpy as np
 from ..core.channels import Channel
 from ..core.models import PathSpec
 from ..core.models.effects import Attachment, Quantity, registry
+from .laps import REACHED, laps
 from .odds import creeps_uphill
 from .problem import Problem
 from .relieves import all_said, limits
@@ -32,19 +33,15 @@ NO_LEAK = 0.01  # of the run's speed per load: so little beside what sags is non
 MOST_UNEVEN = 0.79  # of a loop's two ways: the end of its range
 LARGEST_MODE = 2.9  # beside a path, over that: the voltage of a closed loop shows what its output does
 QUICKEST_MODE = 0.39  # of the sampling frequency
-REACHED = 0.02  # of the run: less beyond a kink does not show it
 MOST_ASYMMETRIC = 0.8  # gain of the weaker side a ninth of the stronger's
 MOST_KINKED = 0.54  # the same away from 0 V: what passes less than 0.3 beyond its kink is a limit
 BLUNTEST_KINK = 0.3  # of the voltage, over which it is rounded: more is a curve that bends all along
-BLUNTEST_BAND = 4.0  # times the half-width of one about a working voltage, the same
-WORKING = 0.5  # a valve that works about a voltage more than about 0 V
 LEAST_PLAY = 0.1  # times the way gone in the time in which it closes
 QUICKEST_CREEP = 0.5  # of the run's speed
 QUICKEST_SWING = 0.08  # of a sample, one over its natural frequency: a quicker one shows no overshoot
 LEAST_SLIP = 0.2  # of what a spool takes to break away,
 LEAST_BENT = 0.1  # or of it as a way: bristles that bend over less are so stiff that it is play
 MOST_BENT = 0.08  # of the run's range: what bends over more hardly ever slides, it is a loop of what else bends
-MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of reach: more is a kink
 
 
 def _regular(path: PathSpec, problem: Problem) -> bool:
@@ -177,7 +174,7 @@ def _slips(path: PathSpec, problem: Problem) -> bool:
     """Whether a spool that breaks away slips a part of the way: one that does not is a play operator, a loop.
 
     One that creeps is a lag where the run seldom moves it faster; bristles so stiff that they hardly bend make it play,
-    and so does a mass that swings quicker than samples show.
+    unless they break away, and so does a mass that swings quicker than samples show.
     """
     spool = path.effect("friction").parameters
     if problem.channel is not Channel.PRESSURE:
@@ -186,7 +183,8 @@ def _slips(path: PathSpec, problem: Problem) -> bool:
         return spool["swing_s"] > QUICKEST_SWING * problem.simulator.sample_time_s
     if spool["presliding"] > 0.0:
         stiff = spool["presliding"] * problem.scales[Quantity.INPUT_PER_OUTPUT] <= LEAST_BENT * spool["coulomb_v"]
-        return not stiff and spool["presliding"] < MOST_BENT * problem.scales[Quantity.OUTPUT]
+        breaks = spool["static_excess_v"] > LEAST_SLIP * (spool["coulomb_v"] + spool["static_excess_v"])
+        return (breaks or not stiff) and spool["presliding"] < MOST_BENT * problem.scales[Quantity.OUTPUT]
     if spool["creep_velocity"] > 0.0:
         return spool["creep_velocity"] < QUICKEST_CREEP * problem.scales[Quantity.VELOCITY]
     return spool["slip"] > LEAST_SLIP
@@ -198,25 +196,11 @@ def _trails(path: PathSpec, _problem: Problem) -> bool:
     return lag["inertia_s"] <= lag["time_constant_s"] / (2.0 * MOST_DAMPED) ** 2
 
 
-def _laps(path: PathSpec, problem: Problem) -> bool:
-    """Whether a dead zone is an overlap: a band about 0 V, corners included, or about where its valve works."""
-    band = path.effect("dead_zone").parameters
-    width = band["half_width_v"]
-    voltage, low, high = problem.simulator.voltage_v, band["centre_v"] - width, band["centre_v"] + width
-    if band["leak"] > MOST_LEAKY and min(np.mean(voltage < low), np.mean(voltage > high)) < REACHED:
-        return False
-    if problem.channel is Channel.PRESSURE and band["working"] > WORKING:
-        # One that no voltage comes out of again is a limit, one that none goes into a bias.
-        beyond = float(np.mean(voltage > high))
-        return band["rounding_v"] <= BLUNTEST_BAND * width and REACHED <= beyond <= 1.0 - REACHED
-    return abs(band["centre_v"]) <= width + 2.0 * band["rounding_v"]
-
-
 _CHECKS: Mapping[str, Callable[[PathSpec, Problem], bool]] = {
     "asymmetric_gain": _two_sided,
     "backlash": _plays,
     "cubic_stiffness": _hardens,
-    "dead_zone": _laps,
+    "dead_zone": laps,
     "extra_lag": _trails,
     "friction": _slips,
     "gain_drift": _warms,

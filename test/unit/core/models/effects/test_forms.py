@@ -366,6 +366,15 @@ def test_air_in_a_sensors_line_is_soft_at_low_pressure_only() -> None:
     assert rise_s(low) > 3.0 * rise_s(high)
 
 
+def test_air_in_a_sensors_line_may_answer_to_the_pressure_ahead_of_it() -> None:
+    """T y' = p - y with T = softness / (1 + stiffening p), exact under a steady pressure p."""
+    static = PathSpec(numerator=[1e6], denominator=[1.0], rest=0.0)
+    airy = having(static, "trapped_air", at="output", softness_s=0.4, stiffening=2e-6, ahead=1.0)
+    out = PathSimulator(Channel.PRESSURE, STEP_S, np.repeat([0.0, 3.0], [1, 400]), np.zeros(0), 0.0, 0.0).simulate(airy)
+    mid_s = STEP_S * (np.arange(399) + 0.5)
+    assert out[2:] == pytest.approx(3e6 * -np.expm1(-mid_s * 7.0 / 0.4), abs=1e4)
+
+
 def test_a_drift_that_never_settles_is_what_one_that_settles_ever_later_comes_to() -> None:
     voltage = np.full(1500, 2.0)
 

@@ -70,6 +70,7 @@ EFFECT = Effect(
             1.0,
             (0.0, 0.5),
             optional=True,
+            usual=(1.0,),
         ),
         Parameter(
             "bouc_wen",

@@ -14,7 +14,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[1] = 1.0
         s[0] = value
     # In the line to the sensor what counts is the pressure there.
-    level = s[0] if c[STAGE] > 1.5 else halfway(c)
+    level = s[0] + p[3] * (value - s[0]) if c[STAGE] > 1.5 else halfway(c)
     tau = softness / (1.0 + stiffening * max(level, 0.0)) ** power
     if tau <= 1e-9:
         s[0] = value
@@ -31,9 +31,22 @@ EFFECT = Effect(
     sentence="The answer is slow at low pressure or short stroke and quick at high, as of oil with air in it.",
     attachment=Attachment.STATE,
     parameters=(
-        Parameter("softness_s", Quantity.TIME, "time constant at rest", 0.0, 2.0, (0.03, 0.15)),
-        Parameter("stiffening", Quantity.PER_OUTPUT, "how fast it shortens with the output", 0.0, 50.0, (1.0, 5.0)),
+        Parameter("softness_s", Quantity.TIME, "time constant at rest", 0.0, 2.0, (0.03, 0.15, 0.8)),
+        Parameter(
+            "stiffening", Quantity.PER_OUTPUT, "how fast it shortens with the output", 0.0, 50.0, (1.0, 5.0, 20.0)
+        ),
         Parameter("power", Quantity.RATIO, "exponent of the shortening", 1.0, 3.0, (2.0,), neutral=1.0, optional=True),
+        Parameter(
+            "ahead",
+            Quantity.RATIO,
+            "share of the pressure ahead of a line to the sensor, not in it, in what stiffens the air there",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            channels=(Channel.PRESSURE,),
+            at=Attachment.OUTPUT,
+        ),
     ),
     step=_step,
     check="Bleed the circuit and repeat; compare rise times of small steps at low and at high pressure.",
