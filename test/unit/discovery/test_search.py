@@ -22,7 +22,7 @@ from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.refinements import GRIP, refinements
 from dt_station_nodes.discovery.search import scan, scan_whole
 from dt_station_nodes.discovery.selection import Bench, Explanation, as_given, fit_null
-from dt_station_nodes.discovery.tasks import HOPELESS, StoppedError, Task, each, forms_of
+from dt_station_nodes.discovery.tasks import HOPELESS, SETTLED, StoppedError, Task, each, forms_of
 from dt_station_nodes.discovery.terms import nominal_terms
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
@@ -430,6 +430,27 @@ def test_a_further_effect_is_followed_only_as_far_as_the_best_glance_promises(
     best = min(t.seen.fit.fitted.cost for t in followed if t.seen is not None)
     assert 3 <= len(followed) < len(stages[0])
     assert {t.rival for t in followed} == {search.SEEN * best if further else np.inf}
+
+
+def test_a_further_effect_is_settled_though_it_was_not_followed_to_its_end(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    bias = add_effect(path, Candidate("bias"), {"bias_v": 0.01})
+    fit = fit_hypothesis(problem, hypothesis(problem, bias, bench.nominal, {"bias": ("bias_v",)}), iterations=2)
+    settled: list[Task] = []
+
+    def noted(bench: Bench, work: Stage, tasks: Sequence[Task], told: bool = True) -> list[Task]:
+        if work is search._settled:
+            settled.extend(tasks)
+        return each(bench, work, tasks, told)
+
+    monkeypatch.setattr(search, "each", noted)
+    scan(bench, [bench.explained(fit, ("bias",), {"bias": ("bias_v",)})], 3, 1)
+    best = min(form.fit.fitted.cost for task in settled for form in forms_of(task))
+    assert len(settled) >= 3
+    assert {task.rival for task in settled} == {SETTLED * best}
 
 
 def test_what_is_far_behind_one_that_leaves_noise_is_not_refined(monkeypatch: pytest.MonkeyPatch) -> None:

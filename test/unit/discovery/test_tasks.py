@@ -9,7 +9,17 @@ import pytest
 from dt_station_nodes.discovery.candidates import Candidate
 from dt_station_nodes.discovery.further_forms import AT_REST, WORN
 from dt_station_nodes.discovery.selection import Bench, Explanation
-from dt_station_nodes.discovery.tasks import HOPELESS, SETTLED, StoppedError, Task, against, best_of, each, within_reach
+from dt_station_nodes.discovery.tasks import (
+    HOPELESS,
+    SETTLED,
+    StoppedError,
+    Task,
+    against,
+    best_of,
+    each,
+    to_settle,
+    within_reach,
+)
 from dt_station_nodes.discovery.workers import ALONE
 
 
@@ -35,6 +45,12 @@ def test_what_is_tried_is_held_against_the_best_form_of_all() -> None:
     assert [t.rival for t in against(tasks)] == [SETTLED * 5.0, SETTLED * 5.0, 3.0]
     assert [t.rival for t in against(tasks, 1.3)] == [1.3 * 5.0, 1.3 * 5.0, 3.0]
     assert against([]) == []
+
+
+@pytest.mark.parametrize(("reached", "rival"), [(np.inf, SETTLED * 5.0), (4.0, SETTLED * 4.0)])
+def test_what_was_followed_no_further_is_settled_all_the_same(reached: float, rival: float) -> None:
+    tasks = [task("dead_zone", 7.0, 5.0, rival=3.0), task("bias", 6.0)]
+    assert [t.rival for t in to_settle(tasks, reached)] == [rival, rival]
 
 
 def test_the_best_keep_their_order_and_a_form_apart_takes_no_ones_place() -> None:

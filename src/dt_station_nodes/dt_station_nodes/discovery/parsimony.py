@@ -69,7 +69,7 @@ def as_near(bench: Bench, best: Explanation, others: Iterable[Fit]) -> tuple[Exp
 
 
 def _doubtful(explanation: Explanation, measure: Measure) -> list[tuple[int, str, float]]:
-    """Freed refinements (effect, name) and a plain value for each, the least sure to be off it first."""
+    """Freed refinements (effect, name), a plain value for each: what may do nothing first, the least sure to be off."""
     fit = explanation.fit
     samples = measure.samples * len(fit.residual) / measure.bench.count
     covariance = fit.fitted.covariance(samples, len(fit.residual))
@@ -84,8 +84,8 @@ def _doubtful(explanation: Explanation, measure: Measure) -> list[tuple[int, str
         for value in (parameter.neutral, *parameter.usual):
             away = float(fit.fitted.x[index]) - term.to_x(value)
             sure = away**2 / max(float(covariance[index, index]), 1e-300)
-            found.append((sure, term.effect, term.name, value))
-    return [(effect, name, value) for _, effect, name, value in sorted(found)]
+            found.append((value != parameter.neutral, sure, term.effect, term.name, value))
+    return [(effect, name, value) for *_, effect, name, value in sorted(found)]
 
 
 def _plain(explanation: Explanation, doubtful: list[tuple[int, str, float]]) -> list[list[tuple[int, str, float]]]:

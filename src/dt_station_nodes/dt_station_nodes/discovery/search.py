@@ -22,7 +22,7 @@ from .sequence import in_sequence
 from .start_groups import by_form, unbent, unlike
 from .stick_slip import climbed, sticks
 from .strangers import SAME
-from .tasks import SETTLED, Task, against, best_of, each, forms_of, within_reach
+from .tasks import SETTLED, Task, against, best_of, each, forms_of, to_settle, within_reach
 from .terms import Hypothesis
 from .timing import coming_in_run, with_numbers
 
@@ -221,7 +221,7 @@ def scan(
     plain = against(each(bench, _plain, chosen))
     near, far = within_reach(plain)
     finer, others = best_of(near, finest) if finest < most else (near, [])
-    fitted = each(bench, _settled, against([*each(bench, _refined, finer), *others, *far]))
+    fitted = each(bench, _settled, to_settle([*each(bench, _refined, finer), *others, *far], reached))
     return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))
 
 

@@ -78,6 +78,14 @@ def against(tasks: Sequence[Task], times: float = SETTLED) -> list[Task]:
     return [replace(task, rival=min(times * best, task.rival)) for task in tasks]
 
 
+def to_settle(tasks: Sequence[Task], reached: float) -> list[Task]:
+    """Tasks to be held against the best of them and what was `reached` before, whatever they were against.
+
+    What was not worth its way to the end may foretell the other run better than what was.
+    """
+    return against([replace(task, rival=SETTLED * reached) for task in tasks])
+
+
 def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
     """Tasks that refining may bring near the best of them, and those far behind one that leaves nothing but noise.
 
