@@ -447,6 +447,7 @@ def test_a_further_effect_is_settled_though_it_was_not_followed_to_its_end(
         return each(bench, work, tasks, told)
 
     monkeypatch.setattr(search, "each", noted)
+    monkeypatch.setattr(search, "SEEN", 0.5)
     scan(bench, [bench.explained(fit, ("bias",), {"bias": ("bias_v",)})], 3, 1)
     best = min(form.fit.fitted.cost for task in settled for form in forms_of(task))
     assert len(settled) >= 3

@@ -91,7 +91,7 @@ class Growth:
     def _worth_more(self, leader: Explanation, measure: Measure) -> bool:
         # A form outside the vocabulary that leaves nothing ends the search too: more names would only mimic it.
         # What is not what its name says needs another name, however little it leaves.
-        believed = [e for e in self._known if measure.rough or not e.inside or sensible(e, self._bench.problem)]
+        believed = [e for e in self._known if not e.inside or self._borne_out(e, measure)]
         gap = measure.left(self._null)
         left = min((measure.left(e) for e in believed), default=gap)
         if not measure.bent(leader) and left <= WORTH_NOISE * measure.noise:
@@ -112,8 +112,7 @@ class Growth:
         if not measure.rough and size > 1 and measure.left(inside[0]) > MORE_LEAVES * min(smaller, default=np.inf):
             return False
         # What is not what its name says tells nothing of how little a name leaves.
-        believed = [e for e in inside if measure.rough or sensible(e, self._bench.problem)]
-        near = LIKELY * measure.left((believed or inside)[0])
+        near = LIKELY * measure.left(next((e for e in inside if self._borne_out(e, measure)), inside[0]))
         bases = [e for e in inside[: beam if size == 1 else 1] if measure.left(e) <= near or e is inside[0]]
         # What has been grown already would give the same again.
         bases = [e for e in bases if self._grown.get(tuple(sorted(e.added))) is not e]
@@ -122,9 +121,14 @@ class Growth:
             return False
         self._grown.update({tuple(sorted(e.added)): e for e in bases})
         # Whatever is added to a set that explains all under a wrong name does: it is to leave the others their places.
-        for sense in (True, False):
-            self._scan([e for e in bases if any(e is other for other in believed) is sense], measure)
+        borne_out = [self._borne_out(e, measure) for e in bases]
+        for wanted in (True, False):
+            self._scan([e for e, is_so in zip(bases, borne_out, strict=True) if is_so is wanted], measure)
         return True
+
+    def _borne_out(self, explanation: Explanation, measure: Measure) -> bool:
+        """Whether a set's effects are what their names say; rough data do not tell."""
+        return measure.rough or sensible(explanation, self._bench.problem)
 
     def _foreign(self) -> bool:
         """Whether a set with a form outside the vocabulary is far ahead of those without, which are larger or full."""

@@ -15,14 +15,14 @@ MOST_LEAKY = 0.3  # share that passes within a band, of which one edge is out of
 def laps(path: PathSpec, problem: Problem) -> bool:
     """Whether a dead zone is an overlap: a band about 0 V, corners included, or about where its valve works.
 
-    One that no voltage goes into, beside a bias, is the most of that.
+    One that no voltage goes into, beside a bias, is a part of that.
     """
     band = path.effect("dead_zone").parameters
     width = band["half_width_v"]
     voltage, low, high = problem.simulator.voltage_v, band["centre_v"] - width, band["centre_v"] + width
     biases = [effect.parameters["bias_v"] for effect in path.effects if effect.name == "bias"]
-    goes_in = [np.any((low < voltage + offset) & (voltage + offset < high)) for offset in (0.0, *biases)]
-    if biases and not any(goes_in):
+    shifted = (voltage + offset for offset in (0.0, *biases))
+    if biases and not any(np.any((low < volts) & (volts < high)) for volts in shifted):
         return False
     if band["leak"] > MOST_LEAKY and min(np.mean(voltage < low), np.mean(voltage > high)) < REACHED:
         return False
