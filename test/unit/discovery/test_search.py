@@ -79,6 +79,28 @@ def plays(voltage: np.ndarray) -> np.ndarray:
     return out
 
 
+def test_a_gain_that_past_peaks_weaken_is_explained_by_a_form_that_is_never_named() -> None:
+    path = PAPER.paths[Channel.PRESSURE]
+    time_s = 0.02 * np.arange(1500)
+    voltage = 2.2 + 1.6 * signal.sawtooth(1.9 * time_s)
+    peak, weak = 0.0, np.empty_like(voltage)
+    for k, volts in enumerate(voltage):
+        peak = max(peak * np.exp(-0.02 / 1.3), volts)
+        weak[k] = volts * (1.0 - 0.02 * peak)
+    pressure = PathSimulator(Channel.PRESSURE, 0.02, weak, np.zeros(0), 1e6, 1e6).simulate(path)
+    pressure += 8e3 * np.random.default_rng(4).standard_normal(time_s.size)
+    run = Run(0.02, {"load_voltage_v": voltage, "pressure_pa": pressure})
+    problem = make_problem(run, PAPER, Channel.PRESSURE, DiscoverySettings())
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    null = fit_null(bench, path)
+    peaks = next(c for c in library(Channel.PRESSURE) if c.name == "fatigue" and c.apart)
+    seen = search._plain(bench, Task(null, peaks)).seen
+    assert seen is not None
+    assert not seen.inside
+    assert float(np.std(null.fit.residual)) > 1.5 * 8e3
+    assert float(np.std(seen.fit.residual)) < 1.05 * 8e3
+
+
 @pytest.mark.parametrize("begins", [0.0, 1.0])
 def test_plays_that_two_levels_do_not_tell_from_one_are_told_by_another_waveform(begins: float) -> None:
     path = PAPER.paths[Channel.PRESSURE]
@@ -246,6 +268,7 @@ def test_candidates_are_the_effects_that_can_act_there() -> None:
     assert [(c.name, c.at, c.required) for c in apart] == [
         ("asymmetric_gain", None, ("asymmetry", "centre_v", "through_zero")),
         ("delay", None, ("delay_s", "dispersion")),
+        ("fatigue", None, ("loss_per_v", "recovery_s", "of_peaks")),
         ("gain_drift", None, ("rate_per_s", "swing", "swing_cosine", "period_s")),
         ("hysteresis", None, ("half_width_v", "bouc_wen", "depth")),
         ("overflow", None, ("limit", "lower_limit", "standing")),

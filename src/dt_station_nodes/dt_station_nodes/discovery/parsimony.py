@@ -10,16 +10,12 @@ from ..core.models import PathSpec
 from ..core.models.effects import registry
 from .candidates import hypothesis
 from .choice import Measure
+from .foremost import alike_here, foremost
 from .hypothesis_fit import Fit, fit_hypothesis
 from .selection import Bench, Explanation
 from .strangers import SAME
 from .terms import Hypothesis
 
-# The best few are looked at whatever they are worth: a form bent to one run may fail on the other.
-_BEST = 3
-# Of the others, explanations so far behind cannot come to anything by being simpler.
-_BEHIND = 80.0
-_MOST = 8
 # A refinement that changes nothing goes,
 _NOTHING = 0.01
 # and one that a bound holds there: free, it may let the numbers beside it move on the validation run by as little.
@@ -201,28 +197,12 @@ def told_exactly(bench: Bench, known: Iterable[Explanation], measure: Measure) -
     listed = list(known)
     if bench.rough or bench.check is None:
         return listed
-    near = _foremost(listed, measure)
-    near += [e for e in _alike_here(listed, near, measure) if e not in near]
+    near = foremost(listed, measure)
+    near += [e for e in alike_here(listed, near, measure) if e not in near]
     found = bench.workers.results(partial(bench.alone.settled, exactly=True), near)
     for explanation, told in zip(near, found, strict=True):
         listed = [told if e is explanation else e for e in listed]
     return listed
-
-
-def _foremost(known: list[Explanation], measure: Measure) -> list[Explanation]:
-    ranked = sorted((e for e in known if e.added), key=measure.score)
-    behind = (e for e in ranked[_BEST:_MOST] if measure.score(e) - measure.score(ranked[0]) < _BEHIND)
-    return [*ranked[:_BEST], *behind]
-
-
-def _alike_here(known: list[Explanation], near: list[Explanation], measure: Measure) -> list[Explanation]:
-    """Those of as few names that fit the run itself as well as the best of those `near`."""
-    if not near:
-        return []
-    best = max(near[0].fit.fitted.cost, 1e-300)
-    few = (e for e in known if 0 < len(e.added) <= len(near[0].added))
-    alike = (e for e in few if measure.samples * np.log(max(e.fit.fitted.cost, 1e-300) / best) < SAME)
-    return sorted(alike, key=lambda e: e.fit.fitted.cost)[:_BEST]
 
 
 def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
@@ -230,7 +210,7 @@ def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> 
     listed = list(known)
     if bench.rough:
         return listed
-    near = _foremost(listed, measure)
+    near = foremost(listed, measure)
     found = bench.workers.results(partial(_simplest, replace(measure, bench=bench.alone)), near)
     for explanation, simple in zip(near, found, strict=True):
         listed = [simple if e is explanation and simple else e for e in listed]

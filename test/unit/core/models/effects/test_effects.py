@@ -871,6 +871,15 @@ def test_what_tires_goes_with_past_effort_by_the_law_of_its_bend(bend, left):
     assert out[-1] == pytest.approx(-2.0 * left, rel=1e-4)
 
 
+def test_what_a_peak_tires_recovers_as_the_peak_is_forgotten():
+    voltage = np.repeat([0.5, -2.0, 0.5], [50, 10, 400])
+    out = answer("fatigue", {"loss_per_v": 0.1, "recovery_s": 0.5, "bend": 1.0, "of_peaks": 1.0}, voltage=voltage)
+    since_s = TS * np.arange(1, len(out[60:]) + 1)
+    peak = np.maximum(2.0 * np.exp(-since_s / 0.5), 0.5)
+    assert out[50:60] == pytest.approx(-2.0 * 0.8)
+    assert out[60:] == pytest.approx(0.5 * (1.0 - 0.1 * peak), rel=2e-3)
+
+
 @pytest.mark.parametrize("broken", [0.0, 0.7])
 def test_what_stiffens_at_rest_breaks_down_with_motion_either_way_and_comes_back(broken):
     law = {"loss": 0.4, "rebuilding_s": 2.0, "breaking_per_v": 1.5, "broken": broken}

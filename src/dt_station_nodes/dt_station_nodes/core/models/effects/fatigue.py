@@ -9,8 +9,10 @@ from .effect import Attachment, Effect, Parameter, Quantity
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
-    s[0] += (abs(value) - s[0]) * (1.0 - math.exp(-c[SUBSTEP] / max(p[1], 1e-3)))
-    return value * by_heat(-p[0] * s[0], p[2])
+    left = math.exp(-c[SUBSTEP] / max(p[1], 1e-3))
+    s[0] += (abs(value) - s[0]) * (1.0 - left)
+    s[1] = max(s[1] * left, abs(value))
+    return value * by_heat(-p[0] * (s[0] + p[3] * (s[1] - s[0])), p[2])
 
 
 EFFECT = Effect(
@@ -31,11 +33,21 @@ EFFECT = Effect(
             optional=True,
             usual=(1.0,),
         ),
+        Parameter(
+            "of_peaks",
+            Quantity.RATIO,
+            "0: what it remembers of past effort is a mean that fades, 1: a peak that does",
+            0.0,
+            1.0,
+            (1.0,),
+            optional=True,
+            apart=True,
+        ),
     ),
     step=_step,
     check="Repeat one step at rising duty and watch its size; look at coil heating and supply sag.",
-    source="first-order dependence of a gain on rectified input; coil resistance and supply sag",
-    state_size=1,
+    source="first-order dependence of a gain on rectified input; coil resistance and supply sag; peak rectifier",
+    state_size=2,
     sub_stepped=True,
     vocabulary=False,
     special_cases={"gain_drift": ""},
