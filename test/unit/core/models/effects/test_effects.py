@@ -540,6 +540,23 @@ def test_a_gauge_that_stiffens_bends_what_it_shows_of_all_of_the_pressure(trimme
     assert shown == pytest.approx(true - 2.0 * 0.01 * ((true - 0.5) ** 3 + trimmed * 0.5**3))
 
 
+def test_a_spring_behind_the_path_that_answers_late_pulls_at_what_it_has_left():
+    """tau dz/dt = G force(y - z) - z."""
+    spec = ModelSpec(name="t", paths={Channel.PRESSURE: PathSpec(numerator=[2.0], denominator=[1.0])})
+    spring = {"coefficient": 0.05, "stiffening": 0.1, "answer_s": 0.15}
+    spec = spec.with_effect(Channel.PRESSURE, "cubic_stiffness", spring, Attachment.OUTPUT)
+    shown = PlantModel(spec, TS).simulate(SWEEP, SWEEP).pressure_pa[1:]
+    held = np.full(400, 3.0)
+    back, pulled, way = 0.0, [], TS / 1000
+    for y in np.repeat(2.0 * SWEEP[:-1], 1000):
+        left = y - back
+        back += way / 0.15 * (2.0 * 0.05 * left**3 * (1.0 + 0.1 * left**2) - back)
+        pulled.append(back)
+    assert shown == pytest.approx(2.0 * SWEEP[:-1] - np.array(pulled[999::1000]), abs=0.02 * np.ptp(shown))
+    end = PlantModel(spec, TS).simulate(held, held).pressure_pa[-1]
+    assert end + 2.0 * 0.05 * end**3 * (1.0 + 0.1 * end**2) == pytest.approx(6.0, rel=1e-6)
+
+
 def test_a_sensor_whose_gain_drifts_reads_the_rest_value_by_it_too():
     path = PathSpec(numerator=[2.0], denominator=[1.0], rest=5.0)
     spec = ModelSpec(name="t", paths={Channel.PRESSURE: path})

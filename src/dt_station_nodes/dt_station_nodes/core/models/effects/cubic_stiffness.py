@@ -11,6 +11,7 @@ from ..compiled import (
     OUTPUT_GAIN,
     STAGE,
     STATIC_GAIN,
+    SUBSTEP,
     VELOCITY,
     VELOCITY_GAIN,
     Doubles,
@@ -50,10 +51,28 @@ def _spool(p: Doubles, value: float, gain: float, trim: float) -> float:
     return w
 
 
+@njit(cache=True)
+def _answered(p: Doubles, before: float, value: float, gain: float, trim: float, step_s: float) -> float:
+    """How far (Pa) a spring that answers late pulls back what is left of an output, at the end of a sub-step."""
+    share = step_s / (p[9] + step_s)
+    after = before
+    for _ in range(20):
+        pressed = _pressed(p, value - after - p[1])
+        miss = after - before - share * (gain * (_force(p, pressed) - trim) - before)
+        change = miss / max(1.0 + share * gain * _slope(p, pressed), 0.2)
+        after -= change
+        if abs(change) < 1e-9 * abs(value):
+            break
+    return after
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     trim = p[5] * _force(p, _pressed(p, -p[1]))
     if c[STAGE] == 2.0:
+        if p[9] > 0.0:
+            s[0] = _answered(p, s[0], value, c[STATIC_GAIN], trim, c[SUBSTEP])
+            return value - s[0]
         # What a gauge or a bellows shows, whose spring the whole pressure bends.
         return value - c[STATIC_GAIN] * (_force(p, _pressed(p, value - p[1])) - trim)
     if p[8] > 0.5 and c[STATIC_GAIN] != 0.0:
@@ -156,11 +175,23 @@ EFFECT = Effect(
             at=Attachment.STATE,
             usual=(1.0,),
         ),
+        Parameter(
+            "answer_s",
+            Quantity.TIME,
+            "time in which it answers, pulling at what it has left; 0: at once, at all that there would be without it",
+            0.0,
+            0.2,
+            (0.02,),
+            optional=True,
+            channels=(Channel.PRESSURE,),
+            at=Attachment.OUTPUT,
+        ),
     ),
     step=_step,
     check="Measure the voltage needed to hold several places along the stroke, or several pressures; "
     "look for bellows and end cushions.",
     source="Duffing spring; Nayfeh & Mook, Nonlinear Oscillations (1979), 4.1",
+    state_size=1,
     sub_stepped=True,
     also={Channel.PRESSURE: (Attachment.OUTPUT,)},
 )
