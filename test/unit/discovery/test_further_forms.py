@@ -18,7 +18,18 @@ from dt_station_nodes.core.models import PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, in_vocabulary, library, plain_starts
-from dt_station_nodes.discovery.further_forms import BELL, BY_LOAD, FURTHER, HEAVY, KNEE, ONE_WAY, SHAKEN, WORN
+from dt_station_nodes.discovery.further_forms import (
+    BELL,
+    BY_LOAD,
+    FURTHER,
+    HEAVY,
+    KNEE,
+    ONE_WAY,
+    PLACES,
+    SHAKEN,
+    WIDENED,
+    WORN,
+)
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.terms import nominal_terms
@@ -147,10 +158,10 @@ def test_forms_that_nothing_leads_to_are_tried_from_the_start(
 
 def test_every_further_form_is_a_candidate_of_its_own() -> None:
     for name, channel, also in FURTHER:
-        known = library(channel, loaded=True)
-        assert Candidate(name, also=also) in known
-        assert Candidate(name, also=also) not in library(channel, apart=False)
-        assert set(also) <= set(Candidate(name, also=also).required)
+        form = Candidate(name, PLACES.get(also), also=also)
+        assert form in library(channel, loaded=True)
+        assert form not in library(channel, apart=False)
+        assert set(also) <= set(form.required)
 
 
 @pytest.mark.parametrize("form", BY_LOAD)
@@ -218,6 +229,36 @@ def test_a_pump_that_delivers_less_from_some_pressure_on_is_found_with_it(knee_p
     # It begins as the square root of a pressure drop, not as the line that it is.
     assert knee.rss < 0.1 * plain.rss
     assert knee.path.effect("load_dependent_gain").parameters["base"] == pytest.approx(knee_pa / 1e6, rel=0.05)
+
+
+@pytest.mark.parametrize("flow", ["gap", "orifice"])
+def test_a_leak_behind_the_pressure_is_found_where_one_from_the_valve_is_not(flow: str) -> None:
+    share, lag_s, per_mpa = 0.12, 0.03, 0.15
+    volts = 2.2 + 1.4 * signal.sawtooth(2.1 * SAMPLED, 0.5) * (SAMPLED > 0.4) - 2.2 * (SAMPLED < 0.4)
+    whole = PathSimulator(Channel.PRESSURE, FINE_S, volts, np.zeros(0), BARE.rest, BARE.rest).simulate(BARE)
+    down, shown = 0.0, []
+    for pressure in 1e-6 * whole:
+        left = max(pressure - down, 0.0)
+        lost = left * (1.0 + per_mpa * left) ** 3 if flow == "gap" else np.sqrt(left)
+        shown.append(pressure - down)
+        down += FINE_S / lag_s * (share * lost - down)
+    pressure = 1e6 * np.array(shown)[::FINER]
+    pressure += 5e3 * np.random.default_rng(3).standard_normal(pressure.size)
+    run = Run(FINE_S * FINER, {"load_voltage_v": volts[::FINER], "pressure_pa": pressure})
+    problem = make_problem(run, SPEC, Channel.PRESSURE, DiscoverySettings())
+    nominal = nominal_terms(BARE, problem.signal)
+    behind = Candidate("leakage", PLACES[WIDENED], also=WIDENED)
+    assert Candidate("leakage", PLACES[WIDENED]) not in library(Channel.PRESSURE)
+    found = fitted(problem, behind)
+    free = {"leakage": (*behind.required, "lag_s")}
+    late = fit_hypothesis(problem, hypothesis(problem, found.path, nominal, free), iterations=20)
+    assert late.rss < 1.1 * len(problem.measured)
+    numbers = late.path.effect("leakage").parameters
+    assert numbers["lag_s"] == pytest.approx(lag_s, rel=0.1)
+    assert numbers["turbulence"] == pytest.approx(0.0 if flow == "gap" else 1.0, abs=0.02)
+    assert 1e6 * numbers["widening"] == pytest.approx(per_mpa if flow == "gap" else 0.0, abs=0.01)
+    at_the_valve = [fitted(problem, Candidate("leakage", also=also)).rss for also in ((), ("made_up",))]
+    assert late.rss < (0.1 if flow == "gap" else 0.95) * min(at_the_valve)
 
 
 @pytest.mark.parametrize("upwards", [True, False])

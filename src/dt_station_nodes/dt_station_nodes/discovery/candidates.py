@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
-from .further_forms import BY_LOAD, FURTHER, further_starts
+from .further_forms import BY_LOAD, FURTHER, PLACES, further_starts
 from .place_starts import limit_starts, spring_starts, stop_starts, store_starts, wear_starts
 from .problem import Problem, effect_term, unit_of
 from .spectrum import spectral_peaks
@@ -28,8 +28,9 @@ _ONE_FORM = (
     *((name, Channel.POSITION) for name in ("dead_zone", "friction", "leakage")),
     ("overflow", Channel.PRESSURE),
 )
-# A spool that slips no further than where it slides is a play operator: only its form apart is friction.
-_NOT_PLAIN = ("friction", Channel.PRESSURE)
+# Places of effects where a form of its own begins instead. A spool that slips no further than where it slides is a play
+# operator: only its form apart is friction. Begun as an orifice behind the path, a leak through a gap ends astray.
+_NOT_PLAIN = {("friction", Channel.PRESSURE): (None,), ("leakage", Channel.PRESSURE): (Attachment.OUTPUT,)}
 # What limits a pressure from behind and gives a little is a relief valve.
 _NOT_BEHIND = (("saturation", "rounding_v"), ("saturation", "passing"))
 # Where the load stands, what it makes of a motion either way is friction.
@@ -78,14 +79,18 @@ class Candidate:
     @property
     def required(self) -> tuple[str, ...]:
         """Parameters of the form."""
-        return tuple(p.name for p in self.effect.parameters if self._needs(p))
+        return tuple(p.name for p in self._here if self._needs(p))
 
     @property
     def optional(self) -> tuple[str, ...]:
         """Parameters that refine it."""
         elsewhere = self.effect.apart_at not in (None, self.at)
-        here = (p for p in self.effect.parameters if p.at in (None, self.place))
-        return tuple(p.name for p in here if not self._needs(p) and not (p.apart and elsewhere))
+        return tuple(p.name for p in self._here if not self._needs(p) and not (p.apart and elsewhere))
+
+    @property
+    def _here(self) -> tuple[Parameter, ...]:
+        """Parameters that mean something at its place."""
+        return tuple(p for p in self.effect.parameters if p.at in (None, self.place))
 
     def refining(self, channel: Channel) -> tuple[str, ...]:
         """Those that mean something on a channel and have starts."""
@@ -107,14 +112,15 @@ def library(channel: Channel, apart: bool = True, loaded: bool = False) -> tuple
     found = []
     for name, effect in registry().items():
         if channel in effect.channels:
-            places = () if (name, channel) == _NOT_PLAIN else (None, *effect.places(channel)[1:])
+            elsewhere = _NOT_PLAIN.get((name, channel), ())
+            places = (at for at in (None, *effect.places(channel)[1:]) if at not in elsewhere)
             first = (p for p in effect.parameters if apart and channel in p.first_on)
             also = tuple(p.name for p in first if loaded or (name, p.name) != _BY_LOAD)
             found += [Candidate(name, at, also=also) for at in places]
             formed = any(p.apart and not p.tried_first for p in effect.parameters) and (name, channel) not in _ONE_FORM
             found += [Candidate(name, effect.apart_at, apart=True)] * (apart and formed)
             further = (form for *of, form in FURTHER if of == [name, channel] and (loaded or form not in BY_LOAD))
-            found += [Candidate(name, also=form) for form in further if apart]
+            found += [Candidate(name, PLACES.get(form), also=form) for form in further if apart]
     return tuple(found)
 
 
@@ -146,10 +152,8 @@ def grid(
         return [0.0, *kinks_v(problem, path, residual)] if bent else flattest_v(problem, path, residual, 2)
     if candidate.apart and name == "working":
         return [1.0]
-    if name == "through_zero" and problem.rough:
-        # There all coefficients move, and with them what no voltage would do.
-        return [0.0, 1.0]
-    if (candidate.name, name) == _BY_LOAD:
+    # In rough data all coefficients move, and with them what no voltage would do.
+    if (name == "through_zero" and problem.rough) or (candidate.name, name) == _BY_LOAD:
         return [0.0, 1.0]
     if candidate.name == "saturation" and parameter.quantity is Quantity.INPUT_PEAK:
         return limit_starts(problem, parameter, unit, "centre_v" in candidate.also)
@@ -220,9 +224,8 @@ def pair_starts(
     hypothesis to start.
     """
     old = path.effect(former)
-    bare = path.model_copy(
-        update={"effects": tuple(e for e in path.effects if e.name not in (old.name, candidate.name))}
-    )
+    kept = tuple(e for e in path.effects if e.name not in (old.name, candidate.name))
+    bare = path.model_copy(update={"effects": kept})
     home = [term.centre for term in like.terms if term.effect < 0]
     found: list[Array] = []
     for one in plain_starts(problem, bare, Candidate(old.name, old.at), residual):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..core.channels import Channel
-from ..core.models.effects import Parameter
+from ..core.models.effects import Attachment, Parameter
 from .problem import Problem
 
 # A valve's magnetisation whose relays lie dense as a bell about a middle: a small share of so steep a loop as looks
@@ -26,6 +26,8 @@ WORN = ("base", "lag_s", "worn", "worn_at", "worn_bend")
 KNEE = ("base", "above")
 # A lag upwards or downwards alone, as of a volume behind a check valve: one both ways explains nothing of it.
 ONE_WAY = ("unequal",)
+# A gap that the pressure widens, behind the path: where an orifice is begun with, its bend goes the other way.
+WIDENED = ("widening",)
 # Forms that need a load that moves.
 BY_LOAD = (AT_REST, WORN)
 
@@ -36,6 +38,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("overflow", Channel.POSITION, ("lower_limit", "throttling")),
     # A valve set at rest makes up for what leaks there: a large leak that is not made up for would bend all else first.
     ("leakage", Channel.PRESSURE, ("made_up",)),
+    ("leakage", Channel.PRESSURE, WIDENED),
     ("leakage", Channel.POSITION, AT_REST),
     ("leakage", Channel.POSITION, WORN),
     ("load_dependent_gain", Channel.PRESSURE, KNEE),
@@ -58,6 +61,9 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("hysteresis", Channel.POSITION, BELL),
 )
 
+# Places of those that are not at their effect's usual one.
+PLACES: dict[tuple[str, ...], Attachment] = {WIDENED: Attachment.OUTPUT}
+
 # Times the run's range of what each is.
 _BRISTLED = {
     "presliding": (0.003, 0.01, 0.03, 0.1),
@@ -75,6 +81,7 @@ _STARTS: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {
         "swing_damping": (0.3, 0.8),
     },
     ONE_WAY: {"unequal": (-0.95, 0.95)},
+    WIDENED: {"turbulence": (0.0,)},
     KNEE: {"per_load": (0.05, 0.3), "direction": (0.0,), "above": (1.0,)},
     WORN: {
         "coefficient": (0.02, 0.2, -0.1),

@@ -470,6 +470,32 @@ def test_a_leaking_valve_holds_less_pressure():
     assert held + math.sqrt(held * 1e6) == pytest.approx(4e6, rel=1e-6)
 
 
+@pytest.mark.parametrize(("turbulence", "widening"), [(0.0, 4e-7), (1.0, 0.0)])
+def test_a_leak_behind_the_path_holds_down_what_it_leaves(turbulence, widening):
+    """lag dz/dt = flow(y - z) / rate - z, its pressure absolute; at once without a lag."""
+    path = PathSpec(numerator=[9e6], denominator=[0.02, 0.3, 3.0], rest=1e6)
+    spec = ModelSpec(name="t", paths={Channel.PRESSURE: path})
+    leak = {"coefficient": 2.0, "turbulence": turbulence, "widening": widening}
+
+    def lost(left_pa):
+        laminar = left_pa * (1.0 + widening * left_pa) ** 3
+        return 2.0 / 10.0 * (turbulence * math.sqrt(left_pa * 1e6) + (1.0 - turbulence) * laminar)
+
+    def shown(voltage, **more):
+        leaking = spec.with_effect(Channel.PRESSURE, "leakage", {**leak, **more}, Attachment.OUTPUT)
+        return PlantModel(leaking, TS).simulate(voltage, 0.0 * voltage).pressure_pa
+
+    for more in ({}, {"lag_s": 0.03}):
+        held = shown(np.full(400, 1.0), **more)[-1]
+        assert held + lost(held) == pytest.approx(4e6, rel=1e-6)
+    whole = PlantModel(spec, TS / 40).simulate(np.repeat(1.0 + 0.3 * SWEEP, 40), np.zeros(40 * SWEEP.size)).pressure_pa
+    down, after = 0.0, []
+    for pressure in whole:
+        after.append(pressure - down)
+        down += TS / 40 / 0.03 * (lost(pressure - down) - down)
+    assert shown(1.0 + 0.3 * SWEEP, lag_s=0.03)[50:] == pytest.approx(np.array(after)[::40][50:], rel=5e-3)
+
+
 def test_load_takes_gain():
     load = np.full(TIME.size, 3e6)
     out = answer("load_dependent_gain", {"per_load": 1e-7}, load=load)

@@ -16,6 +16,7 @@ from ..compiled import (
     OWN_LOAD,
     REST,
     SETTLING_RATE,
+    STAGE,
     STATIC_GAIN,
     SUBSTEP,
     TIME,
@@ -23,17 +24,8 @@ from ..compiled import (
     effect_step,
     halfway,
 )
+from ..leak_flow import held_down, through
 from .effect import Attachment, Effect, Parameter, Quantity
-
-
-@njit(cache=True)
-def _through(p: Doubles, warmed: float, pressure: float, rest: float) -> float:
-    if p[14] > 0.5:
-        pressure = max(pressure, 0.0)
-    # The turbulent law is scaled to meet the laminar one at the rest pressure.
-    turbulent = math.copysign(math.sqrt(abs(pressure) * max(rest, 1.0)), pressure)
-    widened = 1.0 + p[6] * max(pressure, 0.0)
-    return warmed * ((1.0 - p[1]) * pressure + p[1] * turbulent) * widened * widened * widened
 
 
 @njit(cache=True)
@@ -46,16 +38,19 @@ def _way(velocity: float, flow: float, turning: float) -> float:
 
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
+    if c[STAGE] == 2.0:
+        s[0] = held_down(p, s[0], value, c)
+        return value - s[0]
     base, sag, lag, bend = p[2], p[3], p[4], p[5]
     store = c[OUTLET_RATE] != 0.0 or c[STATIC_GAIN] == 0.0
     per_flow = c[INJECTION_GAIN] if store else c[OUTPUT_GAIN] / (c[STATIC_GAIN] * c[SETTLING_RATE])
     pressure = c[LOAD] + c[REST] * (1.0 - base)
     warmed = p[0] * max(1.0 + p[8] * c[TIME], 0.0)
-    made_up = p[7] * _through(p, warmed, c[REST] * (1.0 - base), c[REST]) if p[7] != 0.0 else 0.0
-    flow = _through(p, warmed, pressure, c[REST]) - made_up
+    made_up = p[7] * through(p, warmed, c[REST] * (1.0 - base), c[REST]) if p[7] != 0.0 else 0.0
+    flow = through(p, warmed, pressure, c[REST]) - made_up
     if c[OWN_LOAD] > 0.0:
         # What is lost within the sub-step counts half.
-        flow = _through(p, warmed, pressure - 0.5 * per_flow * flow, c[REST]) - made_up
+        flow = through(p, warmed, pressure - 0.5 * per_flow * flow, c[REST]) - made_up
     if store and p[11] != 0.0:
         gape = p[13] * (halfway(c) - p[12])
         flow *= 1.0 - p[11] + p[11] * math.exp(-gape * gape)
@@ -124,6 +119,7 @@ EFFECT = Effect(
             optional=True,
             acts_alone=True,
             tried_first=True,
+            at=Attachment.STATE,
         ),
         Parameter(
             "lag_s",
@@ -241,4 +237,5 @@ EFFECT = Effect(
     source="Merritt, Hydraulic Control Systems (1967), 2.2 and 6.2: laminar leakage coefficient, flow through a gap",
     state_size=1,
     sub_stepped=True,
+    also={Channel.PRESSURE: (Attachment.OUTPUT,)},
 )
