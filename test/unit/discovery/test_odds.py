@@ -53,6 +53,12 @@ def test_a_place_counts_before_the_channel() -> None:
     assert odds(Channel.POSITION, "load_dependent_gain", per_load=1e-8) == 0.0
 
 
+def test_a_leak_behind_the_pressure_is_as_rare_as_a_spring_there_and_rarer_than_one_past_the_valve() -> None:
+    behind = odds(Channel.PRESSURE, "leakage", Attachment.OUTPUT, coefficient=0.1, widening=1e-7)
+    assert behind == odds(Channel.PRESSURE, "cubic_stiffness", Attachment.OUTPUT, coefficient=1e-20)
+    assert behind > odds(Channel.PRESSURE, "leakage", coefficient=0.1, widening=1e-7)
+
+
 def test_a_loop_with_corners_is_rarer_than_a_round_one() -> None:
     assert odds(Channel.POSITION, "hysteresis", half_width_v=0.2) == SHARP_LOOP
     assert odds(Channel.POSITION, "hysteresis", half_width_v=0.2, spread=0.5) == 0.0

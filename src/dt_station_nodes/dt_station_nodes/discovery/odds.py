@@ -36,6 +36,7 @@ UNUSUAL = {
     ("load_dependent_gain", "pressure"): 6.0,
     ("cubic_stiffness", "pressure"): 12.0,
     ("cubic_stiffness", "output"): 12.0,
+    ("leakage", "output"): 12.0,
     # A search over hundreds of frequencies finds one in any noise.
     ("periodic_disturbance", "position"): 13.0,
     ("periodic_disturbance", "pressure"): 13.0,
