@@ -249,6 +249,9 @@ def test_a_leak_behind_the_pressure_is_found_where_one_from_the_valve_is_not(flo
     nominal = nominal_terms(BARE, problem.signal)
     behind = Candidate("leakage", PLACES[WIDENED], also=WIDENED)
     assert Candidate("leakage", PLACES[WIDENED]) not in library(Channel.PRESSURE)
+    # What sags under its own load is a store inside the path.
+    assert "sag_per_s" in Candidate("leakage").required
+    assert "sag_per_s" not in behind.required
     found = fitted(problem, behind)
     free = {"leakage": (*behind.required, "lag_s")}
     late = fit_hypothesis(problem, hypothesis(problem, found.path, nominal, free), iterations=20)
