@@ -252,6 +252,9 @@ def test_a_leak_behind_the_pressure_is_found_where_one_from_the_valve_is_not(flo
     # What sags under its own load is a store inside the path.
     assert "sag_per_s" in Candidate("leakage").required
     assert "sag_per_s" not in behind.required
+    # Leaking from another pressure on, it would bend as a spring does.
+    assert "base" in Candidate("leakage").optional
+    assert "base" not in behind.optional
     found = fitted(problem, behind)
     free = {"leakage": (*behind.required, "lag_s")}
     late = fit_hypothesis(problem, hypothesis(problem, found.path, nominal, free), iterations=20)

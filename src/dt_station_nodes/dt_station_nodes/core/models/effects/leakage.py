@@ -108,6 +108,7 @@ EFFECT = Effect(
             optional=True,
             apart=True,
             usual=(1.0,),
+            at=Attachment.STATE,
         ),
         Parameter(
             "sag_per_s",
