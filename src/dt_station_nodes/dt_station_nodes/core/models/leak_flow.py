@@ -19,11 +19,17 @@ def through(p: Doubles, warmed: float, pressure: float, rest: float) -> float:
 
 
 @njit(cache=True)
+def opened(p: Doubles, c: Doubles) -> float:
+    """Size of a leak as warm as its oil is by now."""
+    return p[0] * max(1.0 + p[8] * c[TIME], 0.0)
+
+
+@njit(cache=True)
 def held_down(p: Doubles, before: float, value: float, c: Doubles) -> float:
     """How far (Pa) a leak behind a path holds its pressure down at the end of a sub-step, held down so far `before`."""
     # A path without a lag of its own has a rate of 1/s.
     rate = c[SETTLING_RATE] if c[SETTLING_RATE] > 0.0 else 1.0
-    warmed = p[0] * max(1.0 + p[8] * c[TIME], 0.0) / rate
+    warmed = opened(p, c) / rate
     made_up = p[7] * through(p, warmed, c[REST] * (1.0 - p[2]), c[REST])
     share = c[SUBSTEP] / (p[4] + c[SUBSTEP])
     after, small = before, 1e-4 * max(c[REST], 1.0)

@@ -19,12 +19,11 @@ from ..compiled import (
     STAGE,
     STATIC_GAIN,
     SUBSTEP,
-    TIME,
     Doubles,
     effect_step,
     halfway,
 )
-from ..leak_flow import held_down, through
+from ..leak_flow import held_down, opened, through
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -45,7 +44,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     store = c[OUTLET_RATE] != 0.0 or c[STATIC_GAIN] == 0.0
     per_flow = c[INJECTION_GAIN] if store else c[OUTPUT_GAIN] / (c[STATIC_GAIN] * c[SETTLING_RATE])
     pressure = c[LOAD] + c[REST] * (1.0 - base)
-    warmed = p[0] * max(1.0 + p[8] * c[TIME], 0.0)
+    warmed = opened(p, c)
     made_up = p[7] * through(p, warmed, c[REST] * (1.0 - base), c[REST]) if p[7] != 0.0 else 0.0
     flow = through(p, warmed, pressure, c[REST]) - made_up
     if c[OWN_LOAD] > 0.0:
