@@ -118,15 +118,35 @@ def test_a_fit_beside_the_stairs_steps_onto_them() -> None:
     assert float(np.std(better.residual)) < 1.2 * problem.noise
 
 
-def test_stairs_with_many_steps_are_found_from_far() -> None:
-    problem = make_problem(run(0.45, 0.344, 0), SPEC, Channel.PRESSURE, DiscoverySettings())
-    far = add_effect(BARE, Candidate("friction", apart=True), {"coulomb_v": 0.425, "slip": 0.13})
+@pytest.mark.parametrize("wave", [0, 1])
+@pytest.mark.parametrize(
+    ("stuck_v", "slid_v", "from_v", "from_slip"),
+    [(0.45, 0.344, 0.425, 0.13), (0.35, 0.163, 0.26, 0.3), (0.28, 0.12, 0.244, 0.37), (0.64, 0.17, 0.58, 0.57)],
+)
+def test_stairs_with_many_steps_are_found_from_far(
+    stuck_v: float, slid_v: float, from_v: float, from_slip: float, wave: int
+) -> None:
+    problem = make_problem(run(stuck_v, slid_v, wave), SPEC, Channel.PRESSURE, DiscoverySettings())
+    far = add_effect(BARE, Candidate("friction", apart=True), {"coulomb_v": from_v, "slip": from_slip})
     begin = hypothesis(problem, far, nominal_terms(BARE, problem.signal), {"friction": ("coulomb_v", "slip")})
     fit = stepped(problem, fit_hypothesis(problem, begin, iterations=10), far=True)
     assert float(np.std(fit.residual)) < 1.1 * problem.noise
     spool = fit.path.effect("friction").parameters
-    assert spool["coulomb_v"] == pytest.approx(0.45, rel=0.02)
-    assert spool["slip"] == pytest.approx(1.0 - 0.344 / 0.45, abs=0.01)
+    assert spool["coulomb_v"] == pytest.approx(stuck_v, rel=0.02)
+    assert spool["slip"] == pytest.approx(1.0 - slid_v / stuck_v, abs=0.01)
+
+
+@pytest.mark.parametrize("slides", [False, True])
+def test_stairs_are_found_from_a_fit_that_slides_on_where_it_does_not_and_the_other_way(slides: bool) -> None:
+    recorded = sliding(0.4, 0.15, 0) if slides else run(0.64, 0.17, 0)
+    problem = make_problem(recorded, SPEC, Channel.PRESSURE, DiscoverySettings())
+    other = {"coulomb_v": 0.38 if slides else 0.58, "slip": 0.57, "slides_on": float(not slides)}
+    far = add_effect(BARE, Candidate("friction", apart=True), other)
+    free = {"friction": ("coulomb_v", "slip", "slides_on")}
+    begin = hypothesis(problem, far, nominal_terms(BARE, problem.signal), free)
+    fit = stepped(problem, fit_hypothesis(problem, begin, iterations=10), far=True)
+    assert float(np.std(fit.residual)) < 1.1 * problem.noise
+    assert fit.path.effect("friction").parameters["slides_on"] == float(slides)
 
 
 @pytest.mark.parametrize(("low_v", "high_v"), [(-0.65, 0.65), (-0.3, 0.9)])

@@ -10,6 +10,7 @@ from ..core.channels import Channel
 from ..core.models import PathSpec
 from .hypothesis_fit import Fit, fit_hypothesis
 from .problem import Problem
+from .stairs import Stairs, followed
 
 Array = NDArray[np.float64]
 
@@ -20,8 +21,6 @@ _STEP_V = 1e-3
 # About a fit: the level, each this part more, and what has slipped, this much more of it.
 _FINER, _STEPS = (0.004, 0.006), np.arange(-4, 5)
 _ROUNDS = 4
-# Wide about it: levels, times its own, and slips, so close that the last of a ramp's jumps falls where it fell.
-_WIDE, _SLIPS = 1.0 + 0.005 * np.arange(-20, 21), np.geomspace(0.1, 0.98, 93)
 # Of a band's half width, by which the edges of one that jumps open are moved: no fit sees them between two voltages.
 _EDGES, _MOVES = (0.03, 0.01, 0.002), np.arange(-6, 7)
 _BETTER = 1e-3  # of the cost
@@ -56,15 +55,14 @@ def climbed(problem: Problem, added: tuple[str, ...], fit: Fit, base: Fit, far: 
 def stepped(problem: Problem, fit: Fit, far: bool = False) -> Fit:
     """A fit of a spool's stairs moved step by step to the best of all about it, until none is better.
 
-    `far`: from the best of many.
+    `far`: from the best of many, as the run's beginning tells them apart.
     """
     places = _places(fit, _NAME)
     level, slip = places.get("coulomb_v"), places.get("slip")
     if level is None or slip is None:
         return fit
     if far and not fit.full:
-        wide = fit_hypothesis(problem, fit.hypothesis, _far(fit, level, slip), keep=4)
-        fit = min(fit, wide, key=lambda one: one.fitted.cost)
+        fit = followed(problem, fit, Stairs(level, slip, places.get("slides_on")))
     for _ in range(_ROUNDS):
         starts = []
         for more, further in product(_STEPS, _STEPS):
@@ -107,19 +105,3 @@ def edged(problem: Problem, fit: Fit) -> Fit:
         else:
             fit = found
     return fit
-
-
-def _far(fit: Fit, level: int, slip: int) -> list[Array]:
-    """Every level and slip that may be, beside the nominal parameters of a fit and beside those given.
-
-    On wrong stairs a lag that is none blurs what does not fit.
-    """
-    given = np.array(
-        [x if t.effect >= 0 else t.centre for x, t in zip(fit.fitted.x, fit.hypothesis.terms, strict=True)]
-    )
-    starts = []
-    for x, times, share in product((fit.fitted.x, given), _WIDE, _SLIPS):
-        start = x.copy()
-        start[level], start[slip] = x[level] * times, share
-        starts.append(start)
-    return starts
