@@ -41,7 +41,7 @@ _STAGES = (
     _Stage(1.0, 0.12, 3, True),
     _Stage(1.0, 0.03, 2, True),
 )
-_ABOUT = np.linspace(-1.0, 1.0, 7)  # of a stage's reach
+_ABOUT = np.linspace(-1.0, 1.0, 9)  # of a stage's reach
 _OF_ONE = 2  # wells, about one of the stage before
 _APART = 0.75  # of a stage's reach: nearer ones are one well
 
