@@ -35,6 +35,8 @@ _FINE = (
 _FREE = (("hysteresis", "bend_per_v"), ("hysteresis", "steepness"))
 # A contact that grips more at rest: neither number acts alone, and its jumps are so sharp that no fit gets far.
 GRIP = ("static_excess_v", "stribeck_velocity")
+# A spring that answers late: a quick one's fit takes that for a centre elsewhere, from where no step leads to it.
+ANSWER = "answer_s"
 # What bends a curve softly and what goes on beyond the bend, or differs between its sides, come together.
 _TOGETHER = (
     ("rounding", "override"),
@@ -56,6 +58,7 @@ _TOGETHER = (
     ("presliding", "damping_s"),
     ("stiffness", "cushion_s"),
     ("lead_s", "stiffening"),
+    (ANSWER, "stiffening"),
     ("saturation", "in_air"),
 )
 _SAG, _SAG_BEND = "sag_per_s", "sag_bend"
@@ -157,7 +160,8 @@ def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> l
     if names == (BEGINS,):
         return _refined(path, forms, [{BEGINS: value} for value in forms.begins])
     grids = {**forms.grids, **forms.alone}
-    values = [dict.fromkeys([forms.neutral(name), *grids[name]]) for name in names]
+    neutral = [[] if name == ANSWER else [forms.neutral(name)] for name in names]
+    values = [dict.fromkeys([*nothing, *grids[name]]) for nothing, name in zip(neutral, names, strict=True)]
     return _refined(path, forms, [dict(zip(names, one, strict=True)) for one in product(*values)])
 
 
@@ -199,6 +203,8 @@ def _along(plain: Mapping[str, float], forms: Refinements, numbers: Mapping[str,
         # A flow that turns turbulent begins so much steeper, to be what it was where the run goes.
         (lengths,) = forms.candidate.effect.parameter(_SAG_BEND).starts
         return {_SAG: plain[_SAG] * math.sqrt(1.0 + lengths)}
+    if numbers.get(ANSWER, 0.0) > 0.0:
+        return {"centre": 0.0}
     if numbers.get("way_back", 0.0) > 0.0 and "depth" in numbers:
         # A loop of exponentials is as wide as the plain one was, times its depth.
         width = forms.candidate.required[0]

@@ -16,7 +16,7 @@ from .further_forms import BELL
 from .hypothesis_fit import Costs, Group, fit_groups, fit_hypothesis
 from .mode_starts import mode_starts
 from .parsimony import as_near, at_usual, without
-from .refinements import GRIP, Refinements, refined_starts, refinements, step_starts
+from .refinements import ANSWER, GRIP, Refinements, refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
 from .start_groups import by_form, unbent, unlike
@@ -131,8 +131,8 @@ def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _S
     steps: dict[_Names, Explanation] = {}
     timing = tuple(forms.timing)
     for names in forms.steps:
-        # Of what comes at some time, and how, a few steps do not tell the one from the other.
-        iterations = bench.iterations if names == timing else 4
+        # Of what comes at some time, and how, a few steps do not tell the one from the other; nor lead they far.
+        iterations = bench.iterations if names == timing or ANSWER in names else 4
         keep = _MANY if names in {GRIP, timing} else few
         steps[names] = _form(bench, task, names, step_starts(path, forms, names), iterations, keep)
     # A grip has many starts: what a contact does otherwise is not to be lost behind it; and under a steady voltage what
