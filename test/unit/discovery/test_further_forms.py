@@ -15,6 +15,7 @@ from valves import BARE, PAPER, SPEC, WAVES, answered
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import PathSimulator, PathSpec
+from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, in_vocabulary, library, plain_starts
@@ -26,6 +27,7 @@ from dt_station_nodes.discovery.further_forms import (
     KNEE,
     ONE_WAY,
     PLACES,
+    RESEATED,
     SHAKEN,
     WIDENED,
     WORN,
@@ -229,6 +231,35 @@ def test_a_pump_that_delivers_less_from_some_pressure_on_is_found_with_it(knee_p
     # It begins as the square root of a pressure drop, not as the line that it is.
     assert knee.rss < 0.1 * plain.rss
     assert knee.path.effect("load_dependent_gain").parameters["base"] == pytest.approx(knee_pa / 1e6, rel=0.05)
+
+
+@pytest.mark.parametrize(("strength", "lag_s"), [(5.3, 0.046), (3.0, 0.03)])
+def test_a_relief_valve_that_what_it_leaves_shuts_is_found_where_one_that_limits_is_not(
+    strength: float, lag_s: float
+) -> None:
+    """It opens at a pressure and shuts at a lower one, by what is left of it; open it lets off in proportion."""
+    opens_pa, shuts_pa = 2.9e6, 2.65e6
+    volts = 2.2 + 1.4 * signal.sawtooth(2.1 * SAMPLED, 0.5) * (SAMPLED > 0.4) - 2.2 * (SAMPLED < 0.4)
+    whole = PathSimulator(Channel.PRESSURE, FINE_S, volts, np.zeros(0), BARE.rest, BARE.rest).simulate(BARE) - BARE.rest
+    let_off, is_open, shown = 0.0, False, []
+    for pressure in whole:
+        shown.append(pressure - let_off)
+        is_open = pressure - let_off > opens_pa or (is_open and pressure - let_off > shuts_pa)
+        flow = strength * (pressure - let_off - shuts_pa) if is_open else 0.0
+        let_off += FINE_S / lag_s * (flow - let_off)
+    pressure = BARE.rest + np.array(shown)[::FINER]
+    pressure += 1e4 * np.random.default_rng(3).standard_normal(pressure.size)
+    run = Run(FINE_S * FINER, {"load_voltage_v": volts[::FINER], "pressure_pa": pressure})
+    problem = make_problem(run, SPEC, Channel.PRESSURE, DiscoverySettings())
+    shuts = fitted(problem, Candidate("overflow", PLACES[RESEATED], also=RESEATED))
+    assert shuts.rss < 1.15 * len(problem.measured)
+    numbers = shuts.path.effect("overflow").parameters
+    assert numbers["limit"] == pytest.approx(opens_pa, rel=0.01)
+    assert numbers["limit"] - numbers["reseat"] == pytest.approx(shuts_pa, rel=0.02)
+    assert numbers["closing_s"] == pytest.approx(lag_s, rel=0.1)
+    assert numbers["override"] == pytest.approx(1.0 / (1.0 + strength), abs=0.05)
+    limits = [fitted(problem, Candidate("overflow", at)).rss for at in (None, Attachment.OUTPUT)]
+    assert shuts.rss < 0.25 * min(limits)
 
 
 @pytest.mark.parametrize("flow", ["gap", "orifice"])

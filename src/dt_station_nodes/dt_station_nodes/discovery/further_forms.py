@@ -28,6 +28,8 @@ KNEE = ("base", "above")
 ONE_WAY = ("unequal",)
 # A gap that the pressure widens, behind the path: where an orifice is begun with, its bend goes the other way.
 WIDENED = ("widening",)
+# A slow relief valve that opens and, lower, shuts by what it leaves: from one that limits nothing leads there.
+RESEATED = ("override", "opening_s", "reseat", "closing_s", "relieved")
 # Forms that need a load that moves.
 BY_LOAD = (AT_REST, WORN)
 
@@ -36,6 +38,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("saturation", Channel.PRESSURE, ("straight", "centre_v")),
     # A port that closes past an end holds no piston there: from a stop no fit leads to it.
     ("overflow", Channel.POSITION, ("lower_limit", "throttling")),
+    ("overflow", Channel.PRESSURE, RESEATED),
     # A valve set at rest makes up for what leaks there: a large leak that is not made up for would bend all else first.
     ("leakage", Channel.PRESSURE, ("made_up",)),
     ("leakage", Channel.PRESSURE, WIDENED),
@@ -62,7 +65,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
 )
 
 # Places of those that are not at their effect's usual one.
-PLACES: dict[tuple[str, ...], Attachment] = {WIDENED: Attachment.OUTPUT}
+PLACES: dict[tuple[str, ...], Attachment] = {WIDENED: Attachment.OUTPUT, RESEATED: Attachment.OUTPUT}
 
 # Times the run's range of what each is.
 _BRISTLED = {
@@ -82,6 +85,13 @@ _STARTS: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {
     },
     ONE_WAY: {"unequal": (-0.95, 0.95)},
     WIDENED: {"turbulence": (0.0,)},
+    RESEATED: {
+        "override": (0.15,),
+        "opening_s": (0.01,),
+        "reseat": (0.02, 0.06, 0.15),
+        "closing_s": (0.04,),
+        "relieved": (1.0,),
+    },
     KNEE: {"per_load": (0.05, 0.3), "direction": (0.0,), "above": (1.0,)},
     WORN: {
         "coefficient": (0.02, 0.2, -0.1),

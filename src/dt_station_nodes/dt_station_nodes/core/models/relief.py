@@ -25,7 +25,8 @@ def relieved(p: Doubles, s: Doubles, value: float, step_s: float) -> float:
     limit, opening_s, reseat, closing_s = p[0], p[7], p[8], p[14]
     kept = _below(value, limit, p[1])
     if reseat > 0.0:
-        s[0] = 1.0 if value > limit or (s[0] > 0.0 and value > limit - reseat) else 0.0
+        felt = value - p[17] * s[1]
+        s[0] = 1.0 if felt > limit or (s[0] > 0.0 and felt > limit - reseat) else 0.0
         kept = limit - reseat if s[0] > 0.0 else value
     over = value - kept
     passing = p[6] * over
