@@ -35,11 +35,11 @@ class _Stage:
 
 _STAGES = (
     _Stage(1.0 / 8.0, 1.0, 40, False),
-    _Stage(1.0 / 4.0, 0.5, 20, True),
-    _Stage(1.0 / 2.0, 0.25, 10, True),
-    _Stage(1.0, 0.25, 6, True),
-    _Stage(1.0, 0.12, 3, True),
-    _Stage(1.0, 0.03, 2, True),
+    _Stage(1.0 / 4.0, 0.5, 20, False),
+    _Stage(1.0 / 2.0, 0.5, 12, True),
+    _Stage(3.0 / 4.0, 0.35, 8, True),
+    _Stage(1.0, 0.25, 4, True),
+    _Stage(1.0, 0.06, 2, True),
 )
 _ABOUT = np.linspace(-1.0, 1.0, 9)  # of a stage's reach
 _OF_ONE = 2  # wells, about one of the stage before
