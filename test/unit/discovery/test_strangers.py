@@ -55,6 +55,19 @@ def test_what_needs_more_numbers_than_the_form_that_holds_it_is_no_special_case(
     assert ahead(lag, -20.0, air, trifling=True) == name
 
 
+@pytest.mark.parametrize(
+    ("saturation", "behind", "name"), [(0.0, -20.0, ""), (0.7, -20.0, "trapped_air"), (0.7, -5.0, "")]
+)
+def test_a_coil_that_saturates_is_no_special_case_of_oil_with_air_in_it(
+    saturation: float, behind: float, name: str
+) -> None:
+    free = {"extra_lag": ("time_constant_s", "saturation")}
+    coil = replace(named("extra_lag", time_constant_s=0.05, saturation=saturation), freed=free)
+    numbers = ("softness_s", "stiffening", "power")
+    air = replace(named("trapped_air", stiffening=0.1, power=2.0), freed={"trapped_air": numbers})
+    assert ahead(coil, behind, air, trifling=True) == name
+
+
 @pytest.mark.parametrize(("behind", "lag_s", "name"), [(4.5, 0.0, ""), (-4.0, 0.0, "cross_coupling"), (-4.0, 0.05, "")])
 def test_cross_talk_that_does_not_lag_holds_no_leak(behind: float, lag_s: float, name: str) -> None:
     assert ahead(named("leakage"), behind, named("cross_coupling", share=-0.06, lag_s=lag_s), trifling=True) == name

@@ -10,6 +10,9 @@ from .problem import Problem
 from .selection import Explanation
 
 SAME = 6.0  # twice the log-likelihood ratio: what is closer is not told apart
+# Numbers with which a name is no special case of a stranger: a coil that saturates is quicker at a higher voltage, oil
+# with air in it at a higher pressure.
+_ITS_OWN = (("extra_lag", "saturation"),)
 _LINEAR = frozenset({"delay", "extra_lag", "resonance"})
 _OTHER_ORDER = "linear dynamics of another order"
 _CLEARLY = 3.0  # times the noise, RMS
@@ -83,7 +86,8 @@ def _limit(other: Explanation, best: Explanation, more: float) -> float:
         return SAME
     plain = any(_neutral(other, *special[name]) for name in best.added if name not in other.added)
     # What needs more numbers than the form that holds it is no special case of that any more.
-    return 0.0 if plain else -(SAME if _numbers(best) > _numbers(other) else more)
+    own = any(name in best.added and not _neutral(best, name, number) for name, number in _ITS_OWN)
+    return 0.0 if plain else -(SAME if own or _numbers(best) > _numbers(other) else more)
 
 
 def _numbers(explanation: Explanation) -> int:
