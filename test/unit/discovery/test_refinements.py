@@ -16,7 +16,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, discover
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
 from dt_station_nodes.discovery.problem import make_problem
-from dt_station_nodes.discovery.refinements import GRIP, refinements, step_starts
+from dt_station_nodes.discovery.refinements import ANSWER, GRIP, refinements, step_starts
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
@@ -49,6 +49,18 @@ def test_what_grips_more_at_rest_is_tried_as_one() -> None:
     sizes = [p["coulomb_v"] for p in starts]
     assert min(sizes) < 0.5 * 0.4 + 1e-9
     assert max(sizes) > 0.4 - 1e-9
+
+
+def test_a_spring_that_answers_late_is_begun_about_no_pressure_with_its_stiffening_too() -> None:
+    path, candidate = PAPER.paths[Channel.PRESSURE], Candidate("cubic_stiffness", Attachment.OUTPUT)
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.PRESSURE, DiscoverySettings())
+    plain = add_effect(path, candidate, {"coefficient": 7e-21, "centre": -1.7e6})
+    forms = refinements(problem, plain, candidate, problem.residual(plain))
+    assert {(ANSWER,), (ANSWER, "stiffening")} <= set(forms.steps)
+    for names in ((ANSWER,), (ANSWER, "stiffening")):
+        starts = [start.effect("cubic_stiffness").parameters for start in step_starts(plain, forms, names)]
+        assert starts
+        assert all(numbers[ANSWER] > 0.0 and numbers["centre"] == 0.0 for numbers in starts)
 
 
 def test_a_piston_that_hunts_is_friction_with_its_numbers() -> None:

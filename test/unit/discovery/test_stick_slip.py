@@ -1,6 +1,7 @@
 """A spool that sticks and slips is found by where it breaks away, and told from a loop that does not jump."""
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -147,6 +148,26 @@ def test_stairs_are_found_from_a_fit_that_slides_on_where_it_does_not_and_the_ot
     fit = stepped(problem, fit_hypothesis(problem, begin, iterations=10), far=True)
     assert float(np.std(fit.residual)) < 1.1 * problem.noise
     assert fit.path.effect("friction").parameters["slides_on"] == float(slides)
+
+
+@pytest.mark.parametrize(
+    ("of", "stuck_v", "slid_v", "from_v", "from_slip"),
+    [(run, 0.808, 0.341, 0.686, 0.59), (sliding, 0.764, 0.241, 0.671, 0.56)],
+)
+def test_stairs_are_found_where_nominal_numbers_are_off(
+    of: Callable[[float, float, int], Run], stuck_v: float, slid_v: float, from_v: float, from_slip: float
+) -> None:
+    """There one well has many deeper ones beside it, which are not to be all that is followed."""
+    off = BARE.model_copy(update={"gain": 0.98 * BARE.gain, "time_scale": 0.96 * BARE.time_scale})
+    spec = SPEC.model_copy(update={"paths": {Channel.PRESSURE: off}})
+    problem = make_problem(of(stuck_v, slid_v, 0), spec, Channel.PRESSURE, DiscoverySettings())
+    other = {"coulomb_v": from_v, "slip": from_slip, "slides_on": float(of is run)}
+    far = add_effect(off, Candidate("friction", apart=True), other)
+    free = {"friction": ("coulomb_v", "slip", "slides_on")}
+    begin = hypothesis(problem, far, nominal_terms(off, problem.signal), free)
+    fit = stepped(problem, fit_hypothesis(problem, begin, iterations=10), far=True)
+    assert float(np.std(fit.residual)) < 1.1 * problem.noise
+    assert fit.path.effect("friction").parameters["coulomb_v"] == pytest.approx(stuck_v, rel=0.02)
 
 
 @pytest.mark.parametrize(("low_v", "high_v"), [(-0.65, 0.65), (-0.3, 0.9)])

@@ -160,8 +160,7 @@ def step_starts(path: PathSpec, forms: Refinements, names: tuple[str, ...]) -> l
     if names == (BEGINS,):
         return _refined(path, forms, [{BEGINS: value} for value in forms.begins])
     grids = {**forms.grids, **forms.alone}
-    neutral = [[] if name == ANSWER else [forms.neutral(name)] for name in names]
-    values = [dict.fromkeys([*nothing, *grids[name]]) for nothing, name in zip(neutral, names, strict=True)]
+    values = [dict.fromkeys(grids[n] if n == ANSWER else [forms.neutral(n), *grids[n]]) for n in names]
     return _refined(path, forms, [dict(zip(names, one, strict=True)) for one in product(*values)])
 
 

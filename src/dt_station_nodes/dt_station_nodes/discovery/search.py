@@ -131,7 +131,7 @@ def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _S
     steps: dict[_Names, Explanation] = {}
     timing = tuple(forms.timing)
     for names in forms.steps:
-        # Of what comes at some time, and how, a few steps do not tell the one from the other; nor lead they far.
+        # A few steps do not tell when something comes from how, nor lead from a spring to a stiffer one that is late.
         iterations = bench.iterations if names == timing or ANSWER in names else 4
         keep = _MANY if names in {GRIP, timing} else few
         steps[names] = _form(bench, task, names, step_starts(path, forms, names), iterations, keep)

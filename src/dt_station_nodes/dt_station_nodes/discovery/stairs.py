@@ -4,7 +4,7 @@ A level and a slip a little off make every jump early or late, and the later in 
 misfit has a well at the true ones that is as narrow as its jumps are many, and lesser wells all about it.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -71,7 +71,7 @@ def followed(problem: Problem, fit: Fit, at: Stairs) -> Fit:
         well for base in _bases(fit, at) for well in _wells(first, fit, base, at, base[at.level] * _LEVELS, _SLIPS)
     ]
     wells = sorted(wells, key=lambda one: one.misfit)[:_KEPT]
-    fits: list[Fit] = [fit]
+    fits: list[Fit] = []
     for stage in _STAGES:
         part = _beginning(problem, stage.share)
         reach = stage.reach * level * (_LEVELS[1] - _LEVELS[0]), stage.reach * (_SLIPS[1] - _SLIPS[0])
@@ -90,11 +90,11 @@ def followed(problem: Problem, fit: Fit, at: Stairs) -> Fit:
         wells = _apart(about, stage.kept, at, (_APART * reach[0], _APART * reach[1]))
         if stage.fitted:
             fits = [fit_hypothesis(part, fit.hypothesis, [well.x]) for well in wells]
-            wells = sorted((_Well(one.fitted.cost, one.fitted.x) for one in fits), key=lambda one: one.misfit)
+            wells = [_Well(one.fitted.cost, one.fitted.x) for one in fits]
     return min([fit, *fits], key=lambda one: one.fitted.cost)
 
 
-def _bases(fit: Fit, at: Stairs) -> Iterable[Array]:
+def _bases(fit: Fit, at: Stairs) -> Iterator[Array]:
     """A fit's numbers, with its nominal parameters and with those given, sliding on and not.
 
     On wrong stairs a lag that is none blurs what does not fit.

@@ -85,8 +85,8 @@ def _limit(other: Explanation, best: Explanation, more: float) -> float:
     if not set(best.added) <= set(other.added) | set(special):
         return SAME
     plain = any(_neutral(other, *special[name]) for name in best.added if name not in other.added)
-    # What needs more numbers than the form that holds it is no special case of that any more.
     own = any(name in best.added and not _neutral(best, name, number) for name, number in _ITS_OWN)
+    # What needs more numbers than the form that holds it is no special case of that any more.
     return 0.0 if plain else -(SAME if own or _numbers(best) > _numbers(other) else more)
 
 
