@@ -91,11 +91,24 @@ def test_lockstep_that_is_held_takes_no_sample_until_it_is_let_go(graph):
     assert (heard[1].flags, heard[1].load_voltage_v) == (SampleFlag.OK, 1.0)
 
 
+def test_lockstep_stops_before_a_given_sample_and_goes_on_to_another(graph):
+    heard = graph.listen("object/state")
+    graph.add("daq_bridge", **FAKE, held_from=0, expect=["nobody"], wait_for_readers=["object/state:1"])
+    graph.quiet()
+    assert not heard
+    for number in (3, 10):
+        assert graph.set_parameters("daq_bridge", held_from=number).successful
+        graph.until(lambda number=number: len(heard) == number)
+        graph.quiet()
+        assert [s.sequence for s in heard] == list(range(number))
+
+
 def test_real_time_cannot_be_held(graph):
     graph.add("daq_bridge", backend="fake", wait_for_readers=["object/state:1"])
-    refused = graph.set_parameters("daq_bridge", held=True)
-    assert not refused.successful
-    assert "lockstep" in refused.reason
+    for changes in ({"held": True}, {"held_from": 9}):
+        refused = graph.set_parameters("daq_bridge", **changes)
+        assert not refused.successful
+        assert "lockstep" in refused.reason
 
 
 def test_real_time_holds_the_period(graph):

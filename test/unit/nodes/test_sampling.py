@@ -180,6 +180,24 @@ def test_held_lockstep_takes_no_sample_however_long_and_blames_nobody_when_it_go
     assert all(s.flags is SampleFlag.OK for s in bench.published)
 
 
+@pytest.mark.parametrize("expected", [frozenset(), frozenset(Channel)])
+def test_lockstep_stops_before_a_given_sample_with_the_last_one_answered(expected):
+    bench = Bench(Pace.LOCKSTEP, expected=expected)
+    bench.loop.hold(False, 3)
+    for _ in range(9):
+        bench.answer(2.0) if expected else bench.loop.tick()
+    assert [s.sequence for s in bench.published] == [0, 1, 2]
+    bench.at(60_000)
+    assert bench.loop.deadline_ns() is None
+    bench.loop.hold(False, 4)
+    assert [s.sequence for s in bench.published] == [0, 1, 2, 3]
+    assert all(s.flags is SampleFlag.OK for s in bench.published)
+    assert bench.published[-1].load_voltage_v == (2.0 if expected else 0.0)
+    bench.loop.hold(True, 9)
+    bench.loop.hold(True)
+    assert len(bench.published) == 4
+
+
 def test_a_controller_that_is_silent_after_the_hold_is_waited_for_as_long_as_ever():
     bench = Bench(Pace.LOCKSTEP, command_timeout_s=1.0)
     bench.at(300)

@@ -21,6 +21,8 @@ from ..nodes.supervisor import Supervisor
 from .common import Failure, find_config
 
 _WAIT_S = 60.0
+# Samples more than a gap needs: the twin's first ones may lack a residual.
+_SPARE = 50
 LOOP = {Channel.PRESSURE: "load", Channel.POSITION: "position"}
 
 
@@ -32,14 +34,21 @@ class Listener:
         self.residuals: list[convert.ResidualSample] = []
         self.models: dict[str, int] = {}
         self._first, self._after_ns = 0, -1
+        self._subscriptions: list[Any] = []
 
     def subscribe(self, node: Any) -> None:
         """Listen through a node that someone else spins."""
         from dt_station_msgs.msg import PlantState, Residual, TwinModel
 
-        node.create_subscription(PlantState, "object/state", self.on_state, STREAM, raw=True)
-        node.create_subscription(Residual, "shadow/residual", self.on_residual, STREAM, raw=True)
-        node.create_subscription(TwinModel, "twin/model", self._on_model, LATCHED)
+        self._subscriptions = [
+            node.create_subscription(PlantState, "object/state", self.on_state, STREAM, raw=True),
+            node.create_subscription(Residual, "shadow/residual", self.on_residual, STREAM, raw=True),
+            node.create_subscription(TwinModel, "twin/model", self._on_model, LATCHED),
+        ]
+
+    def connected(self) -> bool:
+        """Whether everything that is listened to is written by somebody."""
+        return all(each.get_publisher_count() for each in self._subscriptions)
 
     def on_state(self, data: bytes) -> None:
         """Keep a sample; a missing one ends what was kept before it."""
@@ -78,9 +87,9 @@ class RunningStation:
         self._graph, self._open = Supervisor(scenario), ExitStack()
         self._sample_time_s, self._name = scenario.sample_time_s, scenario.name
         # A station without a clock would run on, and take the machine from the discovery that it waits for.
-        self._waits, self._held = scenario.pace == "lockstep", False
+        self._waits = scenario.pace == "lockstep"
         self._listener = Listener()
-        self._next = 0
+        self._next = self._held_from = 0
 
     def __enter__(self) -> "RunningStation":
         with ExitStack() as opened:
@@ -88,6 +97,8 @@ class RunningStation:
             # after the graph: its processes are forks, which must not find DDS running here
             self._remote = opened.enter_context(Remote())
             self._listener.subscribe(self._graph.watch.node)
+            # the first experiment begins with sample 0, which nobody says twice
+            self._listen(self._listener.connected, self._listener.models)
             self._open = opened.pop_all()
         return self
 
@@ -99,17 +110,22 @@ class RunningStation:
     def experiment(self, samples: int) -> Run:
         """As many samples in a row, none of them from before the last change."""
         heard = self._listener.samples
-        self._listener.samples_from(self._next)
-        self._listen(lambda: len(heard) > samples, heard)
-        self._hold(True)
-        self._next = heard[samples].sequence
+
+        def complete() -> bool:
+            # the row after the last says which voltage was applied; a sample lost on the way starts the row anew
+            self._advance((heard[0].sequence if heard else self._next) + samples + 1)
+            return len(heard) > samples
+
+        self._listen(complete, heard)
+        run = as_run(heard[: samples + 1], self._sample_time_s, self._name)
         self._listener.residuals_after(heard[samples].stamp_ns)
-        return as_run(heard[: samples + 1], self._sample_time_s, self._name)
+        self._begin(heard[samples].sequence + 1)
+        return run
 
     def play(self, channel: Channel, changes: Mapping[str, Any]) -> dict[str, Any]:
         """Change a channel's set-point; what plays then."""
-        self._hold(False)
-        played, self._next = self._remote.play(LOOP[channel], changes)
+        played, since = self._remote.play(LOOP[channel], changes)
+        self._begin(since)
         return played
 
     def take_model(self, text: str) -> None:
@@ -122,19 +138,24 @@ class RunningStation:
     def gap(self, samples: int, skipped: int = 0) -> dict[Channel, float]:
         """RMS of the running twin's gap over as many samples since the last change, the first ones skipped."""
         heard = self._listener.residuals
+        self._advance(self._held_from + skipped + samples + _SPARE)
         self._listen(lambda: len(heard) >= skipped + samples, heard)
         latest = heard[skipped : skipped + samples]
         gaps = {Channel.PRESSURE: [r.pressure[0] for r in latest], Channel.POSITION: [r.position[0] for r in latest]}
         return {channel: float(np.sqrt(np.mean(np.square(values)))) for channel, values in gaps.items()}
 
-    def _hold(self, held: bool) -> None:
+    def _begin(self, sequence: int) -> None:
+        self._next = sequence
+        self._listener.samples_from(sequence)
+
+    def _advance(self, held_from: int) -> None:
+        """Let lockstep take samples up to this number: where it stops must not depend on how busy the machine is."""
         bridge = self._graph.bridge
-        if self._waits and bridge is not None and held != self._held:
-            self._remote.set_parameters(bridge, {"held": held})
-            self._held = held
+        if self._waits and bridge is not None and held_from > self._held_from:
+            self._remote.set_parameters(bridge, {"held_from": held_from})
+            self._held_from = held_from
 
     def _listen(self, done: Callable[[], bool], heard: Any) -> None:
-        self._hold(False)
         had, end = len(heard), time.monotonic() + _WAIT_S
         while not done():
             if self._graph.step(0.05):
@@ -168,6 +189,8 @@ def shadowed(name: str, model: str, rig: str, pace: str) -> Scenario:
             changes = {"model": str(_path("models", model)), "feed": "commands"}
         elif kind == "daq_bridge" and rig:
             changes = {"backend": "virtual", "backend_options": {"rig": str(_path("rigs", rig))}}
+        if kind == "daq_bridge" and pace == "lockstep":
+            changes["held_from"] = 0
         if changes:
             nodes[key] = NodeSpec(
                 executable=spec.executable, parameters={**spec.parameters, **changes}, required=spec.required

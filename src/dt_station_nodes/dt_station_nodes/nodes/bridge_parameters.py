@@ -53,17 +53,23 @@ TABLE = (
         fixed=True,
     ),
     Parameter("held", False, "lockstep: take no samples until this is false again"),
+    Parameter("held_from", -1, "lockstep: take no sample from this number on; -1: take all", "samples", -1, 10**9),
     Parameter("exit_at_end", False, "end the process after the run", fixed=True),
 )
 
 
 def checked(values: Mapping[str, Any]) -> dict[str, Any]:
     """All values, which go together. Raises ParameterError."""
-    if values["held"] and values["pace"] != "lockstep":
+    if (values["held"] or values["held_from"] >= 0) and values["pace"] != "lockstep":
         raise ParameterError(
             "held: only lockstep can be held, in real time the object goes on; stop the station instead"
         )
     return dict(values)
+
+
+def holding(values: Mapping[str, Any]) -> tuple[bool, int | None]:
+    """Whether samples are held, and the number from which on they are."""
+    return values["held"], values["held_from"] if values["held_from"] >= 0 else None
 
 
 def awaited(expect: Sequence[str], followers: Sequence[str]) -> frozenset[Channel]:

@@ -13,7 +13,7 @@ from ..core.metronome import Metronome, Pace
 from ..core.samples import PlantSample
 from . import convert, ready
 from .backends import backend_from
-from .bridge_parameters import TABLE, awaited, checked
+from .bridge_parameters import TABLE, awaited, checked, holding
 from .bridge_statistics import BridgeStatistics
 from .diagnostics import Diagnostics
 from .parameters import ParameterSet
@@ -32,7 +32,7 @@ class DaqBridge:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._parameters = ParameterSet(node, TABLE, checked, lambda values: self._loop.hold(values["held"]))
+        self._parameters = ParameterSet(node, TABLE, checked, lambda values: self._loop.hold(*holding(values)))
         values = self._parameters.values
         sample_time_s = values["sample_time_s"]
         metronome = Metronome(
@@ -96,7 +96,7 @@ class DaqBridge:
         self._loop.stop()
 
     def _start(self) -> None:
-        self._loop.hold(self._parameters.values["held"])
+        self._loop.hold(*holding(self._parameters.values))
         self._loop.start(self._node.get_clock().now().nanoseconds, self._following)
 
     def _publish(self, sample: PlantSample) -> None:

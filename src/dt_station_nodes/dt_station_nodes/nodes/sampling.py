@@ -39,6 +39,7 @@ class Sampling:
         # in lockstep with nobody to wait for, the next sample is due at once
         self._eager = False
         self._held_ns: int | None = None
+        self._held_from: int | None = None
         self.running = self.ended = False
         self.statistics = BridgeStatistics(metronome.pace, metronome.offset_ns(1) * 1e-9)
 
@@ -55,8 +56,13 @@ class Sampling:
         self.running = False
         self._backend.close()
 
-    def hold(self, held: bool) -> None:
-        """Take no more samples until told to go on: for lockstep, whose object stands still meanwhile."""
+    def hold(self, held: bool, held_from: int | None = None) -> None:
+        """Take no more samples, or none from number `held_from` on, until told to go on.
+
+        For lockstep, whose object stands still meanwhile. A command that answers the last sample still acts.
+        """
+        self._held_from = held_from
+        held = held or self._held_next()
         if held == (self._held_ns is not None):
             return
         now = self._clock()
@@ -66,6 +72,9 @@ class Sampling:
         self._state = self._metronome.resume(self._state, now - self._held_ns)
         self._held_ns = None
         self.tick()
+
+    def _held_next(self) -> bool:
+        return self._held_from is not None and self._state.sequence + 1 >= self._held_from
 
     def deadline_ns(self) -> int | None:
         """When the next sample is due or a silent controller is given up (0: at once); None while none is."""
@@ -136,6 +145,8 @@ class Sampling:
             self._write(self._pending)
         if self._metronome.complete(self._state):
             self._answer()
+        if self._held_next():
+            self.hold(True, self._held_from)
         self._eager = self._metronome.due(self._state, now)
 
     def _answer(self) -> None:
