@@ -88,3 +88,13 @@ def test_of_a_run_that_does_not_move_nothing_is_concluded() -> None:
     assert found.verdict is Verdict.UNEXPLAINED
     assert "Nothing can be concluded" in found.sentence
     assert found.data_notes
+
+
+@pytest.mark.parametrize("period", [6, 8, 13])
+def test_a_fast_sawtooth_on_a_signal_is_no_noise(period: int) -> None:
+    count = np.arange(1500)
+    sawtooth = count % period / period
+    noise = 0.01 * np.random.default_rng(period).standard_normal(1500)
+    signal = np.sin(0.02 * count) + 0.5 * sawtooth + noise
+    assert difference_noise(signal) == pytest.approx(0.01, rel=1.5)
+    assert difference_noise(np.sin(0.02 * count) + noise) == pytest.approx(0.01, rel=0.1)

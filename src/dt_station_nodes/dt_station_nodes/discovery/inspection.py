@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..core.models import ModelSpec
+from ..core.models import ModelSpec, PathSpec
 from ..core.run import Run
 from .channel import Finding, examine, null_and_noise
 from .condense import condensed
 from .data_checks import ChannelCheck
 from .drift import found_adrift
+from .dropouts import commands_lost
 from .other_run import found_only_there, found_there, unseen_problem
 from .polish import carried_over, polished
 from .problem import Problem, make_problem
@@ -97,4 +98,19 @@ def _looked_at(
     whole = unseen
     if validation and unseen and len(unseen.measured) < len(validation):
         whole = make_problem(validation, spec, channel, settings)
-    return polished(finding, whole, workers), [text for text in (unheard, note, drift, short.note) if text]
+    finding = _with_commands_lost(polished(finding, whole, workers), path)
+    return finding, [text for text in (unheard, note, drift, short.note) if text]
+
+
+def _with_commands_lost(finding: Finding, path: PathSpec) -> Finding:
+    """The finding, or that there is none: what explains a gap but half may stand for commands that never arrived."""
+    if finding.interrupted or finding.verdict not in {Verdict.NAMED, Verdict.UNEXPLAINED}:
+        return finding
+    problem = finding.problem
+    left = float(np.mean(np.square(finding.best.fit.residual)))
+    spells = commands_lost(problem, path, left, finding.sigma**2)
+    if not spells:
+        return finding
+    first_s = min(spell.first for spell in spells) * problem.simulator.sample_time_s
+    rival = f"commands that were lost in {len(spells)} spells, the first at {first_s:.2f} s"
+    return replace(finding, verdict=Verdict.UNEXPLAINED, rival=rival)

@@ -11,6 +11,12 @@ _ORDER = 4
 _GAIN = float(sum(comb(_ORDER, k) ** 2 for k in range(_ORDER + 1))) ** 0.5
 # Mean square of the smallest nine tenths of normal deviates, over the variance.
 _TRIMMED = 0.6231
+# Sizes of normal deviates that an eighth, a quarter and a half of them stay below, over the deviation.
+_SHARES = (0.125, 0.25, 0.5)
+_QUANTILES = np.array([0.1573, 0.3186, 0.6745])
+_ALIKE = (0.05, 0.08)  # how well the smaller quantiles, over the half's, are those of noise
+_PAIR_GAIN = 6.0**0.5  # of second differences
+_JUMPY = 0.5  # times what the fourth differences say
 # Mean squared autocorrelation, over that of white noise, below which a residual is taken for noise alone.
 _WHITE = 2.0
 _FAST = 0.05  # of a signal's standard deviation: white parts above it may be movement
@@ -25,13 +31,21 @@ _ON_GRID = 0.1  # steps
 def difference_noise(signal: Array) -> float:
     """Standard deviation of the white part of a signal (n,), by its fourth differences less their largest tenth.
 
-    Smooth movement cancels in the differences; jumps are among those left out.
+    Smooth movement cancels in the differences; jumps are among those left out. Where a signal jumps every few samples,
+    as with a fast sawtooth on it, few fourth differences are left alone: there the smaller half of its second ones says
+    it, if they are spread as noise's are.
     """
     if len(signal) < 3 * _ORDER:
         return 0.0
     sizes = np.sort(np.abs(np.diff(signal, _ORDER)))
     kept = sizes[: int(np.ceil(0.9 * len(sizes)))]
-    return float(np.sqrt(np.mean(kept**2) / _TRIMMED) / _GAIN)
+    white = float(np.sqrt(np.mean(kept**2) / _TRIMMED) / _GAIN)
+    quantiles = np.quantile(np.abs(np.diff(signal, 2)), _SHARES)
+    between = float(quantiles[-1] / _QUANTILES[-1]) / _PAIR_GAIN
+    if not 0.0 < between < _JUMPY * white:
+        return white
+    off = np.abs(quantiles / quantiles[-1] - _QUANTILES / _QUANTILES[-1])[:-1]
+    return between if bool(np.all(off < _ALIKE)) else white
 
 
 def quantisation_step(signal: Array) -> float:
