@@ -22,6 +22,7 @@ from dt_station_nodes.discovery.candidates import Candidate, hypothesis, in_voca
 from dt_station_nodes.discovery.further_forms import (
     BELL,
     BY_LOAD,
+    EDGED,
     FURTHER,
     HEAVY,
     KNEE,
@@ -150,6 +151,7 @@ def test_a_mode_that_only_changes_shake_is_found_with_its_numbers() -> None:
         (Channel.PRESSURE, "load_dependent_gain", KNEE),
         (Channel.PRESSURE, "friction", HEAVY),
         (Channel.PRESSURE, "extra_lag", ONE_WAY),
+        (Channel.PRESSURE, "periodic_disturbance", EDGED),
     ],
 )
 def test_forms_that_nothing_leads_to_are_tried_from_the_start(
@@ -353,3 +355,21 @@ def test_a_spool_with_mass_is_found_where_one_without_is_not(level_v: float, hz:
     numbers = heavy.path.effect("friction").parameters
     assert numbers["coulomb_v"] == pytest.approx(level_v, rel=0.05)
     assert numbers["swing_s"] == pytest.approx(1.0 / w, rel=0.2)
+
+
+@pytest.mark.parametrize(("hz", "duty"), [(6.37, None), (2.3, None), (3.1, 0.5), (1.7, 0.15)])
+def test_a_disturbance_with_edges_is_found_where_three_harmonics_leave_them(hz: float, duty: float | None) -> None:
+    given = 2.0 + 1.2 * WAVES[1]
+    clean = answered(given, given, 1)
+    angle = 2.0 * np.pi * hz * 0.02 * np.arange(given.size) + 1.1
+    edged = 2e5 * (signal.sawtooth(angle) if duty is None else signal.square(angle, duty))
+    signals = {**clean.signals, "pressure_pa": clean.signals["pressure_pa"] + edged}
+    problem = make_problem(Run(0.02, signals), SPEC, Channel.PRESSURE, DiscoverySettings())
+    gap = problem.residual(BARE) / problem.sigma
+    edges = fitted(problem, Candidate("periodic_disturbance", also=EDGED))
+    numbers = edges.path.effect("periodic_disturbance").parameters
+    assert numbers["frequency_hz"] == pytest.approx(hz, rel=1e-3)
+    harmonics = ("second_sine", "second_cosine", "third_sine", "third_cosine")
+    tones = fitted(problem, Candidate("periodic_disturbance", also=harmonics))
+    # an edge between two samples, of so strong a disturbance, costs much wherever it is put
+    assert edges.rss < min(0.35 * tones.rss, 0.06 * float(gap @ gap))

@@ -30,6 +30,8 @@ ONE_WAY = ("unequal",)
 WIDENED = ("widening",)
 # A slow relief valve that opens and, lower, shuts by what it leaves: from one that limits nothing leads there.
 RESEATED = ("override", "opening_s", "reseat", "closing_s", "relieved")
+# A disturbance with edges: its harmonics go beyond the samples' frequency and come back as others.
+EDGED = ("rise_share", "high_share", "fall_share")
 # Forms that need a load that moves.
 BY_LOAD = (AT_REST, WORN)
 
@@ -45,6 +47,7 @@ FURTHER: tuple[tuple[str, Channel, tuple[str, ...]], ...] = (
     ("leakage", Channel.POSITION, AT_REST),
     ("leakage", Channel.POSITION, WORN),
     ("load_dependent_gain", Channel.PRESSURE, KNEE),
+    ("periodic_disturbance", Channel.PRESSURE, EDGED),
     # A spool on an oil film never sticks, nor does one held by bristles, so that no stairs lead to them.
     ("friction", Channel.PRESSURE, ("creep_velocity",)),
     ("friction", Channel.PRESSURE, BRISTLES),
@@ -92,6 +95,7 @@ _STARTS: dict[tuple[str, ...], dict[str, tuple[float, ...]]] = {
         "closing_s": (0.04,),
         "relieved": (1.0,),
     },
+    EDGED: {"rise_share": (0.03, 0.95), "high_share": (0.0, 0.1, 0.45), "fall_share": (0.03, 0.95)},
     KNEE: {"per_load": (0.05, 0.3), "direction": (0.0,), "above": (1.0,)},
     WORN: {
         "coefficient": (0.02, 0.2, -0.1),

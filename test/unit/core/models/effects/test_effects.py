@@ -819,6 +819,25 @@ def test_what_pushes_one_way_does_so_about_the_crest_of_its_sine(share):
     assert np.all((out != 0.0) == (side * plain > 0.2 * math.cos(math.pi * share)))
 
 
+@pytest.mark.parametrize(
+    ("rise", "high", "fall", "wave"),
+    [
+        (1.0, 0.0, 0.0, lambda angle: signal.sawtooth(angle + math.pi)),
+        (0.5, 0.0, 0.5, lambda angle: signal.sawtooth(angle + 0.5 * math.pi, 0.5)),
+        (0.0006, 0.5, 0.0, signal.square),
+        (0.0006, 0.2, 0.0, lambda angle: signal.square(angle - 0.3 * math.pi, 0.2) + 0.6),
+    ],
+    ids=["sawtooth", "triangle", "square", "pulses"],
+)
+def test_edges_make_sawtooth_triangle_square_and_pulses_without_a_mean(rise, high, fall, wave):
+    numbers = {"amplitude": 0.2, "frequency_hz": 1.3, "phase_rad": 0.4}
+    edges = {"rise_share": rise, "high_share": high, "fall_share": fall}
+    out = answer("periodic_disturbance", {**numbers, **edges}, voltage=0 * TIME)
+    off = np.abs(out - 0.2 * wave(2 * math.pi * 1.3 * TIME[1:] + 0.4))
+    assert np.mean(off > 0.01) < 0.03
+    assert np.mean(out) == pytest.approx(0.0, abs=0.01)
+
+
 def test_bursts_leave_the_sine_as_it_is_or_nothing():
     bursts = {"burst_period_s": 4.0, "burst_share": 0.25, "burst_start_s": -1.0}
     sine = {"amplitude": 0.2, "frequency_hz": 1.5, "phase_rad": 0.4}

@@ -1,7 +1,8 @@
 """Periodic disturbance: something outside the model shakes the output at one frequency or two, always or in bursts.
 
 What pushes one way only, as a pump's pistons do, is a half sine in each period. A machine whose speed goes up and down
-slowly modulates its frequency.
+slowly modulates its frequency. A switching supply's has edges: a trapezoid, of which a sawtooth, a square wave and
+pulses are ends.
 """
 
 import math
@@ -10,6 +11,7 @@ from ..compiled import SUBSTEP, TIME, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity, on_both
 
 _NARROWEST = 0.02  # of a period: a shorter push is none
+_STEEPEST = 0.0005  # of a period: a quicker edge is none that samples tell
 _EDGE = 0.02  # of a period of bursts: what it takes to come on, and to go off
 
 
@@ -26,6 +28,17 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         crest = 0.25 if p[16] > 0.0 else 0.75
         since = (angle / (2.0 * math.pi) - crest + 0.5 * abs(p[16])) % 1.0
         wave = math.copysign(math.sin(math.pi * since / abs(p[16])), p[16]) if since < abs(p[16]) else 0.0
+    if p[20] > 0.0:
+        rise, high, fall = max(p[20], _STEEPEST), p[21], max(p[22], _STEEPEST)
+        whole = max(rise + high + fall, 1.0)
+        rise, high, fall = rise / whole, high / whole, fall / whole
+        # Its first harmonic is the plain sine, whatever its form: the phase of what rises less that of what falls.
+        between = 2.0 * math.pi * (0.5 * rise + high + 0.5 * fall)
+        up, down = math.sin(math.pi * rise) / rise, math.sin(math.pi * fall) / fall
+        first = math.atan2(down * math.cos(between) - up, down * math.sin(between))
+        since = (angle / (2.0 * math.pi) - 0.25 - first / (2.0 * math.pi) + 0.5 * rise) % 1.0
+        level = min(2.0 * since / rise, 2.0, max(2.0 * (rise + high + fall - since) / fall, 0.0))
+        wave = level - (rise + 2.0 * high + fall)
     if p[7] > 0.0:
         into = ((c[TIME] + c[SUBSTEP] - p[9]) / p[7]) % 1.0
         middle = abs(into - 0.5 * p[8])
@@ -100,6 +113,17 @@ EFFECT = Effect(
         Parameter(
             "modulation_phase_rad", Quantity.ANGLE, "its phase at the start of the run", -7.0, 7.0, (), 0.0, True
         ),
+        Parameter(
+            "rise_share",
+            Quantity.RATIO,
+            "share of each period in which it rises along a line, where it has edges; 0: it has none",
+            0.0,
+            1.0,
+            (),
+            optional=True,
+        ),
+        Parameter("high_share", Quantity.RATIO, "share in which it then stays high", 0.0, 1.0, (), 0.0, True),
+        Parameter("fall_share", Quantity.RATIO, "share in which it falls again", 0.0, 1.0, (), 0.0, True),
     ),
     step=_step,
     check="Look for pump ripple, mains hum or a neighbouring machine at this frequency; log with the valve unpowered.",
