@@ -19,7 +19,7 @@ from .terms import nominal_terms
 
 Array = NDArray[np.float64]
 
-LONGEST_S = 3.0
+LONGEST_S, LONGEST = 3.0, 200  # and in samples
 MOST = 40
 MOST_LOST = 0.35  # of the run: a spool that sticks keeps its voltage nearly always
 PULSE_S = 1.5  # after it an answer to a pulse is over
@@ -86,6 +86,7 @@ def _spells(problem: Problem, path: PathSpec, held: bool, noise: float, known: l
     """Spell after spell, each the one that takes most off the sum of squares, as long as it is worth its numbers."""
     voltage_v, sample_time_s = problem.simulator.voltage_v, problem.simulator.sample_time_s
     pulse = _pulse(problem, path)
+    longest = min(round(LONGEST_S / sample_time_s), LONGEST)
     worth = 2.0 * np.log(len(voltage_v)) * 2.0 * noise
     spells, cost = list(known), _cost(problem, path, voltage_v, known)
     while len(spells) < MOST:
@@ -93,9 +94,11 @@ def _spells(problem: Problem, path: PathSpec, held: bool, noise: float, known: l
         gap = problem.measured - replace(problem.simulator, voltage_v=seen).simulate(path)
         if integrates(path):
             gap = np.diff(gap, prepend=gap[0])
-        found = _foremost(gap * problem.weights, pulse, seen, held, round(LONGEST_S / sample_time_s))
+        found = _foremost(gap * problem.weights, pulse, seen, held, longest)
         found, after = _fine(problem, path, spells, found)
-        if cost - after < worth:
+        # The foremost of those that can still come takes off at least its part of what is left.
+        part = (cost - noise * len(voltage_v)) / (MOST - len(spells))
+        if cost - after < max(worth, part):
             break
         spells, cost = [*spells, found], after
     return spells
