@@ -74,7 +74,8 @@ def test_the_other_run_is_asked_in_the_place_of_one_with_bent_parameters_only_wh
     monkeypatch.setattr(inspection, "examine", lambda *_: examined)
     for later in ("found_there", "found_adrift"):
         monkeypatch.setattr(inspection, later, lambda finding, *_: (finding, ""))
-    monkeypatch.setattr(inspection, "polished", lambda finding, *_: finding)
+    for last in ("polished", "_with_commands_lost"):
+        monkeypatch.setattr(inspection, last, lambda finding, *_: finding)
     monkeypatch.setattr(inspection, "refits_all", lambda _: False)
     run = driven(PATH)
     (check,) = check_run(run)
