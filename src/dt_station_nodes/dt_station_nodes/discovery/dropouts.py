@@ -53,6 +53,12 @@ def applied(voltage_v: Array, spells: list[Spell]) -> Array:
     return seen
 
 
+def _seeing(problem: Problem, spells: list[Spell]) -> Problem:
+    """The problem of the voltage that the object saw."""
+    seen = applied(problem.simulator.voltage_v, spells)
+    return replace(problem, simulator=replace(problem.simulator, voltage_v=seen))
+
+
 def commands_lost(problem: Problem, path: PathSpec, left: float, noise: float) -> list[Spell]:
     """The spells, if they explain clearly more than another explanation; empty if not.
 
@@ -64,15 +70,14 @@ def commands_lost(problem: Problem, path: PathSpec, left: float, noise: float) -
 
 
 def _told(problem: Problem, path: PathSpec, held: bool, left: float, noise: float) -> list[Spell]:
-    voltage_v = problem.simulator.voltage_v
-    count = len(voltage_v)
+    count = len(problem.measured)
     explained = as_given(Bench(problem, ()), path)
     nothing = float(np.mean(np.square(explained.fit.residual)))
     spells: list[Spell] = []
     for _ in range(ROUNDS):
         spells = _spells(problem, explained.fit.path, held, noise, spells)
-        seen = replace(problem, simulator=replace(problem.simulator, voltage_v=applied(voltage_v, spells)))
-        explained = fit_null(Bench(seen, nominal_terms(path, problem.signal, problem.rough)), path)
+        bench = Bench(_seeing(problem, spells), nominal_terms(path, problem.signal, problem.rough))
+        explained = fit_null(bench, path)
     lost = sum(spell.stop - spell.first for spell in spells)
     leaves = max(float(np.mean(np.square(explained.fit.residual))), noise)
     most = min(CLEARLY * (left - noise), NEARLY_ALL * (nothing - noise), (NEAR - 1.0) * noise)
@@ -84,20 +89,19 @@ def _told(problem: Problem, path: PathSpec, held: bool, left: float, noise: floa
 
 def _spells(problem: Problem, path: PathSpec, held: bool, noise: float, known: list[Spell]) -> list[Spell]:
     """Spell after spell, each the one that takes most off the sum of squares, as long as it is worth its numbers."""
-    voltage_v, sample_time_s = problem.simulator.voltage_v, problem.simulator.sample_time_s
-    pulse = _pulse(problem, path)
-    longest = min(round(LONGEST_S / sample_time_s), LONGEST)
-    worth = 2.0 * np.log(len(voltage_v)) * 2.0 * noise
-    spells, cost = list(known), _cost(problem, path, voltage_v, known)
+    count, pulse = len(problem.measured), _pulse(problem, path)
+    longest = min(round(LONGEST_S / problem.simulator.sample_time_s), LONGEST)
+    worth = 2.0 * np.log(count) * 2.0 * noise
+    spells, cost = list(known), _cost(problem, path, known)
     while len(spells) < MOST:
-        seen = applied(voltage_v, spells)
-        gap = problem.measured - replace(problem.simulator, voltage_v=seen).simulate(path)
+        seen = _seeing(problem, spells)
+        gap = problem.measured - seen.simulate(path)
         if integrates(path):
             gap = np.diff(gap, prepend=gap[0])
-        found = _foremost(gap * problem.weights, pulse, seen, held, longest)
+        found = _foremost(gap * problem.weights, pulse, seen.simulator.voltage_v, held, longest)
         found, after = _fine(problem, path, spells, found)
         # The foremost of those that can still come takes off at least its part of what is left.
-        part = (cost - noise * len(voltage_v)) / (MOST - len(spells))
+        part = (cost - noise * count) / (MOST - len(spells))
         if cost - after < max(worth, part):
             break
         spells, cost = [*spells, found], after
@@ -106,11 +110,10 @@ def _spells(problem: Problem, path: PathSpec, held: bool, noise: float, known: l
 
 def _fine(problem: Problem, path: PathSpec, known: list[Spell], spell: Spell) -> tuple[Spell, float]:
     """A further spell with its ends between samples, and the cost with it."""
-    voltage_v, count = problem.simulator.voltage_v, len(problem.measured)
 
     def between(low: float, high: float, moved: Callable[[float], Spell]) -> tuple[Spell, float]:
         found = minimize_scalar(
-            lambda place: _cost(problem, path, voltage_v, [*known, moved(place)]),
+            lambda place: _cost(problem, path, [*known, moved(place)]),
             bounds=(low, high),
             method="bounded",
             options={"xatol": 0.02},
@@ -118,8 +121,10 @@ def _fine(problem: Problem, path: PathSpec, known: list[Spell], spell: Spell) ->
         return moved(float(found.x)), float(found.fun)
 
     at, until = spell.first, spell.stop
-    whole = (spell, _cost(problem, path, voltage_v, [*known, spell]))
-    stopped = between(max(until - 1.0, at + 0.1), min(until + 1.0, count), lambda place: replace(spell, stop=place))
+    whole = (spell, _cost(problem, path, [*known, spell]))
+    stopped = between(
+        max(until - 1.0, at + 0.1), min(until + 1.0, len(problem.measured)), lambda place: replace(spell, stop=place)
+    )
     shorter = min(whole, stopped, key=lambda one: one[1])
     begun = between(
         max(at - 1.0, 0.0), min(at + 1.0, shorter[0].stop - 0.1), lambda place: replace(shorter[0], first=place)
@@ -127,9 +132,8 @@ def _fine(problem: Problem, path: PathSpec, known: list[Spell], spell: Spell) ->
     return min(shorter, begun, key=lambda one: one[1])
 
 
-def _cost(problem: Problem, path: PathSpec, voltage_v: Array, spells: list[Spell]) -> float:
-    simulated = replace(problem.simulator, voltage_v=applied(voltage_v, spells)).simulate(path)
-    return float(np.sum(np.square(problem.compare(simulated))))
+def _cost(problem: Problem, path: PathSpec, spells: list[Spell]) -> float:
+    return float(np.sum(np.square(_seeing(problem, spells).residual(path))))
 
 
 def _pulse(problem: Problem, path: PathSpec) -> Array:
