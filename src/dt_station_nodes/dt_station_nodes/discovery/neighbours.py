@@ -1,15 +1,16 @@
 """Sets beside a found one: less one effect, the best form of each."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 
 from ..core.models import PathSpec
 from .candidates import Candidate, Freed, hypothesis
-from .choice import Measure
+from .choice import ENOUGH_TO_TELL, Measure
 from .distinct import distinct
 from .hypothesis_fit import fit_hypothesis
-from .refinements import refined_starts, refinements
+from .refinements import refined_starts, refinements, step_starts
 from .selection import Bench, Explanation
 from .timing import without
 
@@ -43,11 +44,13 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
 
     What was taken out may have stood for a refinement of one that stays, so each of these is tried refined too.
     """
-    tasks = []
+    tasks: list[_Bare] = []
+    wholes: list[tuple[int, Explanation]] = []
     for explanation in explanations:
         for bare in parts(bench, explanation):
             if not bare.added:
                 continue
+            wholes.append((len(tasks), explanation))
             tasks.append(_Bare(bare, bare.freed, [bare.fit.path]))
             for spec in bare.fit.path.effects:
                 if spec.name not in bare.added:
@@ -60,7 +63,38 @@ def reduced(bench: Bench, explanations: Iterable[Explanation]) -> list[Explanati
                 free = dict.fromkeys((*candidate.required, *forms.names, *bare.freed.get(spec.name, ())))
                 starts = refined_starts(bare.fit.path, forms)
                 tasks.append(_Bare(bare, {**bare.freed, spec.name: tuple(free)}, [bare.fit.path, *starts]))
-    return list(bench.workers.results(partial(_fitted, bench.alone), tasks))
+    found = list(bench.workers.results(partial(_fitted, bench.alone), tasks))
+    steps = [step for at, whole in wholes if told_there(bench, found[at], whole) for step in _steps(bench, found[at])]
+    return found + list(bench.workers.results(partial(_fitted, bench.alone), steps))
+
+
+def told_there(bench: Bench, less: Explanation, whole: Explanation) -> bool:
+    """Whether the other run alone tells a set from what is left of it."""
+    if bench.check is None or bench.rough:
+        return False
+    measure = Measure(bench, bench.floors(whole), bench.worth(whole), bench.rough)
+    # As they were fitted: settled, what is left may miss the run for the other's sake.
+    here = measure.samples * len(less.fit.residual) / bench.count * math.log(less.fit.rss / whole.fit.rss)
+    return here < ENOUGH_TO_TELL <= measure.told(less, whole)[1]
+
+
+def _steps(bench: Bench, explanation: Explanation) -> list[_Bare]:
+    """A set with each refinement of each of its effects alone, from each of its starts.
+
+    All of them free, a fit ends anywhere where the run does not tell them, and what foretells the other is missed.
+    """
+    tasks = []
+    path, freed = explanation.fit.path, explanation.freed
+    for spec in path.effects:
+        if spec.name not in explanation.added:
+            continue
+        candidate = Candidate(spec.name, spec.at)
+        forms = refinements(bench.problem, path, candidate, explanation.fit.residual, False, bench.nominal, False)
+        for name in forms.grids:
+            free = tuple(dict.fromkeys((*freed.get(spec.name, candidate.required), name)))
+            starts = step_starts(path, forms, (name,))
+            tasks += [_Bare(explanation, {**freed, spec.name: free}, [start]) for start in starts]
+    return tasks
 
 
 def _fitted(bench: Bench, task: _Bare) -> Explanation:
