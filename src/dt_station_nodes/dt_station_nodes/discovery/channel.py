@@ -18,6 +18,7 @@ from .parsimony import simplified, told_exactly
 from .problem import Problem
 from .recurring import recurring
 from .result import Verdict
+from .retold import retold
 from .search import scan, scan_whole
 from .selection import Bench, Explanation, Progress, as_given, fit_null
 from .sense import sensible
@@ -140,7 +141,7 @@ def examine(
             known += scan(bench, [null], MOST, 0)
         measure = take_measure(bench, known)
         known = lessened(bench, known, simplified(bench, known, measure), measure)
-        known = told_exactly(bench, known, measure)
+        known = retold(bench, null, told_exactly(bench, known, measure), measure)
     except KeyboardInterrupt as stop:
         interrupted = True
         known = distinct(bench, [*known, *(stop.found if isinstance(stop, StoppedError) else ())])

@@ -1,14 +1,14 @@
 """What an explanation leaves of two runs where the second may settle what the first leaves open."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .fit import finite_differences, least_squares
-from .hypothesis_fit import Fit, prior_gaps
+from .hypothesis_fit import Fit, fit_hypothesis, prior_gaps
 from .problem import Problem
 from .unseen import unseen_residual
 
@@ -59,6 +59,25 @@ def foretold(problem: Problem, check: Problem, fit: Fit, exactly: bool = False) 
     if exactly:
         found = _simulated(problem, check, fit, found)
     return found.left, found.unseen
+
+
+def agreed(problem: Problem, check: Problem, fit: Fit) -> Fit:
+    """A fit with the numbers that both runs agree on, each simulated anew, about where it stands; held by both."""
+    hypothesis = fit.hypothesis
+    left = float(fit.residual @ fit.residual)
+    place = _simulated(problem, check, fit, _Place(fit.fitted.x, left, unseen_residual(check, fit.path)))
+    there = fit_hypothesis(problem, hypothesis, [place.x], 0, 1)
+    slopes = finite_differences(
+        lambda moved: unseen_residual(check, hypothesis.path_at(moved)),
+        there.fitted.x,
+        unseen_residual(check, there.path),
+        hypothesis.steps,
+        *_bounds(there).T,
+    )
+    run, other = place.spreads(problem, check)
+    # In the run's own units, so that the other counts by its own variance.
+    both = np.concatenate([there.fitted.jacobian, slopes * (run / (other * problem.sigma))])
+    return replace(there, fitted=replace(there.fitted, jacobian=both))
 
 
 def _bounds(fit: Fit) -> Array:

@@ -1,0 +1,101 @@
+"""Forms that a run does not tell but both runs together do, of the sets that fit it as well as the best one."""
+
+from collections.abc import Iterable, Iterator
+from functools import partial
+
+import numpy as np
+
+from ..core.models import PathSpec
+from .candidates import Candidate, Freed, hypothesis
+from .choice import Measure, best_set
+from .foretold import agreed
+from .hypothesis_fit import fit_hypothesis
+from .refinements import refinements, step_starts
+from .selection import Bench, Explanation
+from .sense import sensible
+from .strangers import SAME
+from .unseen import unseen_residual
+
+_MOST = 3  # sets looked into beside the best one,
+_MISSED = 0.5  # of the gap, which they may leave at most
+_STEPS = 3  # refinements that one may get
+_FOLLOWED = 8  # of those of a step, followed to where both runs agree
+
+
+def retold(bench: Bench, null: Explanation, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
+    """What is known; sets that the run does not tell from the best one but the other does, and it, as both tell them.
+
+    On two levels a fit ends anywhere: what the numbers that the run does not hold do on the other run is chance.
+    """
+    listed = list(known)
+    best = null if bench.rough or bench.check is None else best_set(null, listed, measure)
+    if not best.added:
+        return listed
+    ranked = sorted((e for e in listed if e.added and e.inside), key=measure.score)
+    likely = (e for e in ranked if measure.left(e) < _MISSED * measure.left(null))
+    near = [e for e in likely if _alike(bench, best, e, measure)][:_MOST]
+    near = [best, *near] if near else []
+    found = bench.workers.results(partial(_told, measure, bench.alone), near)
+    for explanation, told in zip(near, found, strict=True):
+        listed = [told if e is explanation else e for e in listed]
+    return listed
+
+
+def _alike(bench: Bench, best: Explanation, other: Explanation, measure: Measure) -> bool:
+    """Whether a set of other names, as few, does as well on the run itself, but not on the other."""
+    if set(best.added) <= set(other.added) or len(other.added) > len(best.added):
+        return False
+    here = measure.samples * len(best.fit.residual) / bench.count * np.log(other.fit.rss / best.fit.rss)
+    return here < SAME < measure.score(other) - measure.score(best)
+
+
+def _told(measure: Measure, bench: Bench, explanation: Explanation) -> Explanation:
+    """An explanation with the refinements that both runs together bear out, added one at a time."""
+    best = explanation
+    for _ in range(_STEPS):
+        forms = (form for form in _refined(bench, best) if sensible(form, bench.problem))
+        found = min(forms, key=measure.score, default=best)
+        if measure.score(found) > measure.score(best) - SAME:
+            break
+        best = found
+    return best
+
+
+def _refined(bench: Bench, explanation: Explanation) -> list[Explanation]:
+    """An explanation with one step of refinement more, the likeliest few as both runs together tell them."""
+    assert bench.check is not None
+    begun = []
+    for freed, paths in _steps(bench, explanation):
+        costs = [_cost(bench, path) for path in paths]
+        begun.append((min(costs), freed, paths[int(np.argmin(costs))]))
+    found = []
+    for _, freed, path in sorted(begun, key=lambda one: one[0])[:_FOLLOWED]:
+        like = hypothesis(bench.problem, path, bench.nominal, freed)
+        begin = fit_hypothesis(bench.problem, like, [like.start()], 0, 1)
+        there = agreed(bench.problem, bench.check, begin)
+        found.append(bench.explained(there, explanation.added, freed, glance=True))
+    return found
+
+
+def _steps(bench: Bench, explanation: Explanation) -> Iterator[tuple[Freed, list[PathSpec]]]:
+    """What is free with each step of refinement of each effect, and the paths that it begins from."""
+    path = explanation.fit.path
+    for spec in path.effects:
+        if spec.name not in explanation.added:
+            continue
+        forms = refinements(
+            bench.problem, path, Candidate(spec.name, spec.at), explanation.fit.residual, False, bench.nominal, False
+        )
+        own = explanation.freed.get(spec.name, ())
+        for names in forms.steps:
+            if set(names) <= set(own):
+                continue
+            free = tuple(dict.fromkeys((*own, *names)))
+            yield {**explanation.freed, spec.name: free}, step_starts(path, forms, names)
+
+
+def _cost(bench: Bench, path: PathSpec) -> float:
+    """What a path leaves of both runs, each with a variance of its own."""
+    assert bench.check is not None
+    gaps = (bench.problem, bench.problem.residual(path)), (bench.check, unseen_residual(bench.check, path))
+    return sum(len(gap) * float(np.log(gap @ gap / len(gap) + of.negligible**2)) for of, gap in gaps)

@@ -1,0 +1,99 @@
+"""Forms that a run of two levels hides, found where another waveform shows them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import ModelSpec, PathSimulator
+from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import DiscoverySettings
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.choice import best_set, certain, take_measure
+from dt_station_nodes.discovery.foretold import agreed
+from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.retold import retold
+from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
+from dt_station_nodes.discovery.terms import nominal_terms
+
+MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
+PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
+PATH = PAPER.paths[Channel.POSITION]
+STRIBECK = {"coulomb_v": 0.25, "static_excess_v": 0.2, "stribeck_velocity": 0.015}
+OBJECT = PAPER.with_effect(Channel.POSITION, "friction", STRIBECK).paths[Channel.POSITION]
+NOISE_M = 2e-4
+TIME_S = np.arange(1200) * 0.02
+TWO_LEVELS, WAVE = 1.3 * np.where(TIME_S % 4.0 < 2.0, 1.0, -1.0), np.sin(0.4 * np.pi * TIME_S)
+
+
+def problem_of(voltage: np.ndarray, seed: int) -> Problem:
+    position = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 1e6, 0.0).simulate(OBJECT)
+    position += NOISE_M * np.random.default_rng(seed).standard_normal(TIME_S.size)
+    run = Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
+    return make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    """Dry friction that falls with speed: on two levels it is a smaller gain."""
+    problem = problem_of(TWO_LEVELS, 1)
+    return Bench(problem, nominal_terms(PATH, problem.signal), problem_of(WAVE, 2))
+
+
+@pytest.fixture(scope="module")
+def null(bench: Bench) -> Explanation:
+    return fit_null(bench, PATH)
+
+
+def fitted(bench: Bench, name: str, value: float, there: bool) -> Explanation:
+    """A plain form fitted to the run, or where it stands and then to both runs if `there`."""
+    (required,) = (p for p in Candidate(name).required if p in ("coulomb_v", "half_width_v", "delay_s"))
+    freed = {name: (required,)}
+    begin = hypothesis(bench.problem, add_effect(PATH, Candidate(name), {required: value}), bench.nominal, freed)
+    fit = fit_hypothesis(bench.problem, begin, [begin.start()], 0 if there else 10, 1)
+    if there:
+        assert bench.check is not None
+        fit = agreed(bench.problem, bench.check, fit)
+    return bench.explained(fit, (name,), freed, glance=True)
+
+
+def test_what_two_levels_hide_is_told_by_both_runs_together(bench: Bench, null: Explanation) -> None:
+    friction, gap = fitted(bench, "friction", 0.2, there=False), fitted(bench, "dead_zone", 0.3, there=True)
+    known = [null, friction, gap]
+    measure = take_measure(bench, known)
+    assert best_set(null, known, measure) is gap
+    told = retold(bench, null, known, measure)
+    assert [e.added for e in told] == [e.added for e in known]
+    best = best_set(null, told, take_measure(bench, told))
+    assert best.added == ("friction",)
+    found = best.fit.path.effect("friction").parameters
+    assert {name: found[name] for name in STRIBECK} == pytest.approx(STRIBECK, rel=0.05)
+    assert certain(best, take_measure(bench, told))
+    assert sum(best.powers) < 1.05 * NOISE_M**2 * 2 * TIME_S.size
+
+
+def test_what_the_run_tells_itself_stays_as_it_is(bench: Bench, null: Explanation) -> None:
+    gap, late = fitted(bench, "dead_zone", 0.3, there=True), fitted(bench, "delay", 0.01, there=False)
+    known = [null, gap, late]
+    assert retold(bench, null, known, take_measure(bench, known)) == known
+    alone = replace(bench, check=None)
+    assert retold(alone, null, known, take_measure(bench, known)) == known
+
+
+def test_numbers_that_both_runs_agree_on_are_held_by_both(bench: Bench) -> None:
+    assert bench.check is not None
+    freed = {"friction": tuple(STRIBECK)}
+    begin = hypothesis(bench.problem, OBJECT, bench.nominal, freed)
+    stands = fit_hypothesis(bench.problem, begin, [begin.start()], 0, 1)
+    both = agreed(bench.problem, bench.check, stands)
+    count = len(both.residual)
+    alone, together = (np.sqrt(np.diag(f.fitted.covariance(count, count))) for f in (stands, both))
+    names = [term.name for term in begin.terms]
+    at = names.index("stribeck_velocity")
+    assert together[at] < 0.2 * alone[at]
+    assert np.all(together < 1.02 * alone)
+    numbers = both.path.effect("friction").parameters
+    assert numbers["stribeck_velocity"] == pytest.approx(STRIBECK["stribeck_velocity"], rel=0.05)
