@@ -14,7 +14,7 @@ def through(p: Doubles, warmed: float, pressure: float, rest: float) -> float:
         pressure = max(pressure, 0.0)
     # The turbulent law is scaled to meet the laminar one at the rest pressure.
     turbulent = math.copysign(math.sqrt(abs(pressure) * max(rest, 1.0)), pressure)
-    widened = 1.0 + p[6] * max(pressure, 0.0)
+    widened = max(1.0 + p[6] * max(pressure, 0.0), 0.0)
     return warmed * ((1.0 - p[1]) * pressure + p[1] * turbulent) * widened * widened * widened
 
 

@@ -502,6 +502,15 @@ def test_load_takes_gain():
     assert np.allclose(out, SWEEP[:-1] * math.sqrt(1 - 0.6))
 
 
+def test_a_supply_that_sags_takes_gain_later_than_the_load_comes():
+    """lag dq/dt = load - q, and the square root of what q leaves of the pressure drop."""
+    load = np.where(TIME < 2.0, 0.0, 3e6)
+    out = answer("load_dependent_gain", {"per_load": 1e-7, "lag_s": 0.4}, load=load)
+    sagged = np.where(TIME < 2.0, 0.0, 3e6 * (1.0 - np.exp(-(TIME - 2.0) / 0.4)))
+    assert out == pytest.approx((SWEEP * np.sqrt(1.0 - 2e-7 * sagged))[:-1], abs=0.02)
+    assert out[-1] == pytest.approx(SWEEP[-2] * math.sqrt(1 - 0.6), rel=1e-3)
+
+
 def test_asymmetric_gain():
     out = answer("asymmetric_gain", {"asymmetry": 0.2})
     assert out.max() / -out.min() == pytest.approx(1.2 / 0.8, rel=1e-3)

@@ -159,6 +159,17 @@ def test_a_gap_that_widens_loses_more_than_in_proportion() -> None:
     assert lost(4.0) > 3.0 * lost(2.0) > 0.0
 
 
+def test_a_lip_that_the_pressure_seats_loses_less_than_in_proportion_and_nothing_once_it_is_shut() -> None:
+    def lost(volts: float) -> float:
+        leak = having(PRESSURE, "leakage", coefficient=0.5, base=1.0, widening=-2e-7)
+        voltage = np.full(800, volts)
+        return float(pressure(voltage, PRESSURE)[-1] - pressure(voltage, leak)[-1])
+
+    assert 0.0 < lost(3.0) < 1.5 * lost(1.0)
+    assert pressure(np.full(800, 1.0), PRESSURE)[-1] < 6e6 < pressure(np.full(800, 6.0), PRESSURE)[-1]
+    assert lost(6.0) == pytest.approx(0.0, abs=1.0)
+
+
 def test_a_bore_worn_in_one_place_leaks_there_as_the_plain_form_does_and_less_elsewhere() -> None:
     def creep(place_m: float, **form: float) -> float:
         leak = having(POSITION, "leakage", coefficient=1e-9, **form)
@@ -219,6 +230,15 @@ def test_a_droop_divides_the_gain(volts: float) -> None:
     voltage = np.full(1500, volts)
     above = pressure(voltage, droop)[-1] - 1e6
     assert above * (1.0 + per_pa * above) == pytest.approx(pressure(voltage, PRESSURE)[-1] - 1e6, rel=1e-3)
+
+
+@pytest.mark.parametrize("volts", [1.0, 3.0])
+def test_a_loss_that_grows_costs_more_with_each_further_load_pressure(volts: float) -> None:
+    per_pa, growth = 4e-8, 3e-7
+    grows = having(PRESSURE, "load_dependent_gain", per_load=per_pa, linearity=1.0, growth=growth)
+    voltage = np.full(1500, volts)
+    above, given = (pressure(voltage, path)[-1] - 1e6 for path in (grows, PRESSURE))
+    assert above == pytest.approx(given * (1.0 - per_pa * above * (1.0 + growth * above)), rel=1e-3)
 
 
 def spool(voltage: Array, **parameters: float) -> Array:

@@ -144,10 +144,11 @@ EFFECT = Effect(
         Parameter(
             "widening",
             Quantity.PER_LOAD,
-            "how much wider the pressure makes the gap it leaks through, whose flow goes with the cube of its height",
-            0.0,
+            "how much wider the pressure makes the gap it leaks through, whose flow goes with the cube of its height; "
+            "below 0: how much it seats the lip that seals it",
+            -0.4,
             1.0,
-            (0.3,),
+            (0.3, -0.1),
             optional=True,
         ),
         Parameter(

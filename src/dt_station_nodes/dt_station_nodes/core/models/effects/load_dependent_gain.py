@@ -2,7 +2,7 @@
 
 import math
 
-from ..compiled import LOAD, REST, Doubles, effect_step
+from ..compiled import LOAD, REST, SUBSTEP, Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity
 
 
@@ -13,6 +13,10 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     load = c[LOAD] + c[REST] * (1.0 - base)
     if p[4] > 0.5:
         load = max(load, 0.0)
+    if p[6] > 1e-6:
+        s[0] += (load - s[0]) * (1.0 - math.exp(-c[SUBSTEP] / p[6]))
+        load = s[0]
+    load *= max(1.0 + p[5] * load, 0.0)
     share = per_load * load * (1.0 - direction + direction * helps)
     root = math.sqrt(max(1.0 - 2.0 * share, 0.0))
     line = max(1.0 - share, 0.0)
@@ -75,8 +79,27 @@ EFFECT = Effect(
             optional=True,
             usual=(1.0,),
         ),
+        Parameter(
+            "growth",
+            Quantity.PER_LOAD,
+            "how much more each further load pressure costs than the first",
+            -0.3,
+            5.0,
+            (0.5, 2.0),
+            optional=True,
+        ),
+        Parameter(
+            "lag_s",
+            Quantity.TIME,
+            "time constant with which the pressure drop follows the load, as a supply sags and recovers",
+            0.0,
+            4.0,
+            (0.3,),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Measure speed at one voltage under several loads; compare supply pressure with load pressure.",
     source="Merritt, Hydraulic Control Systems (1967), 5.3: q = k x sqrt(ps - sign(x) pL)",
+    state_size=1,
 )
