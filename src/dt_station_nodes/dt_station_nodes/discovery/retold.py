@@ -95,7 +95,8 @@ def _steps(bench: Bench, explanation: Explanation) -> Iterator[tuple[Freed, list
 
 
 def _cost(bench: Bench, path: PathSpec) -> float:
-    """What a path leaves of both runs, each with a variance of its own."""
+    """What a path leaves of both runs, each with a variance of its own; no end where one runs away."""
     assert bench.check is not None
     gaps = (bench.problem, bench.problem.residual(path)), (bench.check, unseen_residual(bench.check, path))
-    return sum(len(gap) * float(np.log(gap @ gap / len(gap) + of.negligible**2)) for of, gap in gaps)
+    cost = sum(len(gap) * float(np.log(gap @ gap / len(gap) + of.negligible**2)) for of, gap in gaps)
+    return cost if np.isfinite(cost) else np.inf
