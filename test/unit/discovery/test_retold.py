@@ -76,11 +76,12 @@ def test_what_two_levels_hide_is_told_by_both_runs_together(bench: Bench, null: 
 
 
 def test_what_the_run_tells_itself_stays_as_it_is(bench: Bench, null: Explanation) -> None:
-    gap, late = fitted(bench, "dead_zone", 0.3, there=True), fitted(bench, "delay", 0.01, there=False)
-    known = [null, gap, late]
-    assert retold(bench, null, known, take_measure(bench, known)) == known
-    alone = replace(bench, check=None)
-    assert retold(alone, null, known, take_measure(bench, known)) == known
+    friction, gap = fitted(bench, "friction", 0.2, there=False), fitted(bench, "dead_zone", 0.3, there=True)
+    worse = replace(friction, fit=replace(friction.fit, rss=1.2 * gap.fit.rss))
+    known = [null, gap, worse]
+    measure = take_measure(bench, [null, gap, friction])
+    assert retold(bench, null, known, measure) == known
+    assert retold(replace(bench, check=None), null, [null, gap, friction], measure) == [null, gap, friction]
 
 
 def test_numbers_that_both_runs_agree_on_are_held_by_both(bench: Bench) -> None:
