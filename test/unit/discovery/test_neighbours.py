@@ -2,24 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
 
-from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec, PathSimulator
-from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery import DiscoverySettings, neighbours
+from dt_station_nodes.discovery import neighbours
 from dt_station_nodes.discovery.candidates import Candidate, Freed, add_effect, hypothesis
 from dt_station_nodes.discovery.choice import Measure
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.neighbours import lessened, reduced, told_there
-from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.problem import Problem
 from dt_station_nodes.discovery.selection import Bench, Explanation
 from dt_station_nodes.discovery.terms import nominal_terms
+
+from .pistons import NOISE_M, PATH, TIME_S, TWO_LEVELS, problem_of
 
 
 def explained(score: float, *names: str, inside: bool = True) -> Explanation:
@@ -66,31 +64,23 @@ def test_a_larger_set_that_leads_in_a_new_form_is_taken_apart(
     assert found == [*known, *(PARTS[len(e.added)] for e in looked_into)]
 
 
-MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
-PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
-PATH = PAPER.paths[Channel.POSITION]
-NOISE_M = 2e-4
-TIME_S = np.arange(1200) * 0.02
-TWO_LEVELS, WAVE = 1.3 * np.where(TIME_S % 4.0 < 2.0, 1.0, -1.0), 1.3 * np.sin(0.8 * np.pi * TIME_S) + 0.1
+WAVE = 1.3 * np.sin(0.8 * np.pi * TIME_S) + 0.1
 NULL_OFF = {"bias": {"bias_v": -0.11}}
 RIPPLE = {"periodic_disturbance": {"amplitude": 0.3, "frequency_hz": 8.1, "phase_rad": -2.5}}
 LIMITED = {"saturation": {"upper_v": 0.91, "lower_v": -1.12}}
 
 
-def problem_of(voltage: np.ndarray, seed: int) -> Problem:
+def limited(voltage: np.ndarray, seed: int) -> Problem:
     """A servo valve whose flow bends towards its limits, with its null off."""
     flow = voltage / (1.0 + np.abs(voltage / 1.03) ** 6.7) ** (1.0 / 6.7) - 0.11
-    position = PathSimulator(Channel.POSITION, 0.02, flow, np.zeros(0), 1e6, 0.0).simulate(PATH)
-    position += NOISE_M * np.random.default_rng(seed).standard_normal(TIME_S.size)
-    run = Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
-    return make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+    return problem_of(PATH, voltage, flow, seed)
 
 
 @pytest.fixture(scope="module")
 def bench() -> Bench:
     """On two levels no form of a limit is told from another, on a wave it is."""
-    problem = problem_of(TWO_LEVELS, 1)
-    return Bench(problem, nominal_terms(PATH, problem.signal), problem_of(WAVE, 2))
+    problem = limited(TWO_LEVELS, 1)
+    return Bench(problem, nominal_terms(PATH, problem.signal), limited(WAVE, 2))
 
 
 def fitted(bench: Bench, numbers: Mapping[str, Mapping[str, float]]) -> Explanation:

@@ -1,46 +1,31 @@
 """Forms that a run of two levels hides, found where another waveform shows them."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec, PathSimulator
-from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery import DiscoverySettings
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.choice import best_set, certain, take_measure
 from dt_station_nodes.discovery.foretold import agreed
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
-from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.retold import retold
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
-MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
-PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
-PATH = PAPER.paths[Channel.POSITION]
+from .pistons import NOISE_M, PAPER, PATH, TIME_S, TWO_LEVELS, problem_of
+
 STRIBECK = {"coulomb_v": 0.25, "static_excess_v": 0.2, "stribeck_velocity": 0.015}
 OBJECT = PAPER.with_effect(Channel.POSITION, "friction", STRIBECK).paths[Channel.POSITION]
-NOISE_M = 2e-4
-TIME_S = np.arange(1200) * 0.02
-TWO_LEVELS, WAVE = 1.3 * np.where(TIME_S % 4.0 < 2.0, 1.0, -1.0), np.sin(0.4 * np.pi * TIME_S)
-
-
-def problem_of(voltage: np.ndarray, seed: int) -> Problem:
-    position = PathSimulator(Channel.POSITION, 0.02, voltage, np.zeros(0), 1e6, 0.0).simulate(OBJECT)
-    position += NOISE_M * np.random.default_rng(seed).standard_normal(TIME_S.size)
-    run = Run(0.02, {"servo_voltage_v": voltage, "position_m": position})
-    return make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+WAVE = np.sin(0.4 * np.pi * TIME_S)
 
 
 @pytest.fixture(scope="module")
 def bench() -> Bench:
     """Dry friction that falls with speed: on two levels it is a smaller gain."""
-    problem = problem_of(TWO_LEVELS, 1)
-    return Bench(problem, nominal_terms(PATH, problem.signal), problem_of(WAVE, 2))
+    problem = problem_of(OBJECT, TWO_LEVELS, TWO_LEVELS, 1)
+    return Bench(problem, nominal_terms(PATH, problem.signal), problem_of(OBJECT, WAVE, WAVE, 2))
 
 
 @pytest.fixture(scope="module")

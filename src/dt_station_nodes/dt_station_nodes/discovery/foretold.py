@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.models import PathSpec
 from .fit import finite_differences, least_squares
 from .hypothesis_fit import Fit, fit_hypothesis, prior_gaps
 from .problem import Problem
@@ -51,8 +52,7 @@ def foretold(problem: Problem, check: Problem, fit: Fit, exactly: bool = False) 
     move where the run's own curvature lets them (recursive least squares); the fit itself stays as it is. `exactly`:
     with the run simulated anew for each step, as far as the two lead.
     """
-    left = float(fit.residual @ fit.residual)
-    begin = _Place(fit.fitted.x, left, unseen_residual(check, fit.path))
+    begin = _begun(check, fit)
     if not len(begin.x):
         return begin.left, begin.unseen
     found = _by_curvature(problem, check, fit, begin)
@@ -64,8 +64,7 @@ def foretold(problem: Problem, check: Problem, fit: Fit, exactly: bool = False) 
 def agreed(problem: Problem, check: Problem, fit: Fit) -> Fit:
     """A fit with the numbers that both runs agree on, each simulated anew, about where it stands; held by both."""
     hypothesis = fit.hypothesis
-    left = float(fit.residual @ fit.residual)
-    place = _simulated(problem, check, fit, _Place(fit.fitted.x, left, unseen_residual(check, fit.path)))
+    place = _simulated(problem, check, fit, _begun(check, fit))
     there = fit_hypothesis(problem, hypothesis, [place.x], 0, 1)
     slopes = finite_differences(
         lambda moved: unseen_residual(check, hypothesis.path_at(moved)),
@@ -78,6 +77,17 @@ def agreed(problem: Problem, check: Problem, fit: Fit) -> Fit:
     # In the run's own units, so that the other counts by its own variance.
     both = np.concatenate([there.fitted.jacobian, slopes * (run / (other * problem.sigma))])
     return replace(there, fitted=replace(there.fitted, jacobian=both))
+
+
+def cost_of_both(problem: Problem, check: Problem, path: PathSpec) -> float:
+    """Twice the negative log-likelihood of both runs at a path, but for a constant; no end where one runs away."""
+    run = problem.residual(path)
+    cost = _Place(np.zeros(0), float(run @ run), unseen_residual(check, path)).cost(problem, check)
+    return cost if np.isfinite(cost) else np.inf
+
+
+def _begun(check: Problem, fit: Fit) -> _Place:
+    return _Place(fit.fitted.x, float(fit.residual @ fit.residual), unseen_residual(check, fit.path))
 
 
 def _bounds(fit: Fit) -> Array:

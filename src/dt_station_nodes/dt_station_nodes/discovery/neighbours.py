@@ -1,7 +1,6 @@
 """Sets beside a found one: less one effect, the best form of each."""
 
-import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -10,7 +9,7 @@ from .candidates import Candidate, Freed, hypothesis
 from .choice import ENOUGH_TO_TELL, Measure
 from .distinct import distinct
 from .hypothesis_fit import fit_hypothesis
-from .refinements import refined_starts, refinements, step_starts
+from .refinements import Refinements, refined_starts, refinements, step_starts
 from .selection import Bench, Explanation
 from .timing import without
 
@@ -73,8 +72,8 @@ def told_there(bench: Bench, less: Explanation, whole: Explanation) -> bool:
     if bench.check is None or bench.rough:
         return False
     measure = Measure(bench, bench.floors(whole), bench.worth(whole), bench.rough)
-    # As they were fitted: settled, what is left may miss the run for the other's sake.
-    here = measure.samples * len(less.fit.residual) / bench.count * math.log(less.fit.rss / whole.fit.rss)
+    # Settled, what is left may miss the run for the other's sake.
+    here = bench.tells(less.fit, whole.fit, measure.samples)
     return here < ENOUGH_TO_TELL <= measure.told(less, whole)[1]
 
 
@@ -84,17 +83,27 @@ def _steps(bench: Bench, explanation: Explanation) -> list[_Bare]:
     All of them free, a fit ends anywhere where the run does not tell them, and what foretells the other is missed.
     """
     tasks = []
-    path, freed = explanation.fit.path, explanation.freed
-    for spec in path.effects:
-        if spec.name not in explanation.added:
-            continue
-        candidate = Candidate(spec.name, spec.at)
-        forms = refinements(bench.problem, path, candidate, explanation.fit.residual, False, bench.nominal, False)
+    for forms in refinable(bench, explanation):
         for name in forms.grids:
-            free = tuple(dict.fromkeys((*freed.get(spec.name, candidate.required), name)))
-            starts = step_starts(path, forms, (name,))
-            tasks += [_Bare(explanation, {**freed, spec.name: free}, [start]) for start in starts]
+            freed = also_free(explanation, forms, (name,))
+            starts = step_starts(explanation.fit.path, forms, (name,))
+            tasks += [_Bare(explanation, freed, [start]) for start in starts]
     return tasks
+
+
+def refinable(bench: Bench, explanation: Explanation) -> Iterator[Refinements]:
+    """What may refine each effect of a set, but what comes and goes and forms so free that they mend the others."""
+    fit = explanation.fit
+    for spec in fit.path.effects:
+        if spec.name in explanation.added:
+            candidate = Candidate(spec.name, spec.at)
+            yield refinements(bench.problem, fit.path, candidate, fit.residual, False, bench.nominal, False)
+
+
+def also_free(explanation: Explanation, forms: Refinements, names: tuple[str, ...]) -> Freed:
+    """What is free in a set with some refinements of one of its effects free too."""
+    own = forms.candidate.name
+    return {**explanation.freed, own: tuple(dict.fromkeys((*explanation.freed[own], *names)))}
 
 
 def _fitted(bench: Bench, task: _Bare) -> Explanation:

@@ -6,15 +6,15 @@ from functools import partial
 import numpy as np
 
 from ..core.models import PathSpec
-from .candidates import Candidate, Freed, hypothesis
+from .candidates import Freed, hypothesis
 from .choice import Measure, best_set
-from .foretold import agreed
+from .foretold import agreed, cost_of_both
 from .hypothesis_fit import fit_hypothesis
-from .refinements import refinements, step_starts
+from .neighbours import also_free, refinable
+from .refinements import step_starts
 from .selection import Bench, Explanation
 from .sense import sensible
 from .strangers import SAME
-from .unseen import unseen_residual
 
 _MOST = 3  # sets looked into beside the best one,
 _MISSED = 0.5  # of the gap, which they may leave at most
@@ -45,7 +45,7 @@ def _alike(bench: Bench, best: Explanation, other: Explanation, measure: Measure
     """Whether a set of other names, as few, does as well on the run itself, but not on the other."""
     if set(best.added) <= set(other.added) or len(other.added) > len(best.added):
         return False
-    here = measure.samples * len(best.fit.residual) / bench.count * np.log(other.fit.rss / best.fit.rss)
+    here = bench.tells(other.fit, best.fit, measure.samples)
     return here < SAME < measure.score(other) - measure.score(best)
 
 
@@ -66,7 +66,7 @@ def _refined(bench: Bench, explanation: Explanation) -> list[Explanation]:
     assert bench.check is not None
     begun = []
     for freed, paths in _steps(bench, explanation):
-        costs = [_cost(bench, path) for path in paths]
+        costs = [cost_of_both(bench.problem, bench.check, path) for path in paths]
         begun.append((min(costs), freed, paths[int(np.argmin(costs))]))
     found = []
     for _, freed, path in sorted(begun, key=lambda one: one[0])[:_FOLLOWED]:
@@ -79,24 +79,8 @@ def _refined(bench: Bench, explanation: Explanation) -> list[Explanation]:
 
 def _steps(bench: Bench, explanation: Explanation) -> Iterator[tuple[Freed, list[PathSpec]]]:
     """What is free with each step of refinement of each effect, and the paths that it begins from."""
-    path = explanation.fit.path
-    for spec in path.effects:
-        if spec.name not in explanation.added:
-            continue
-        forms = refinements(
-            bench.problem, path, Candidate(spec.name, spec.at), explanation.fit.residual, False, bench.nominal, False
-        )
-        own = explanation.freed.get(spec.name, ())
+    for forms in refinable(bench, explanation):
+        own = set(explanation.freed[forms.candidate.name])
         for names in forms.steps:
-            if set(names) <= set(own):
-                continue
-            free = tuple(dict.fromkeys((*own, *names)))
-            yield {**explanation.freed, spec.name: free}, step_starts(path, forms, names)
-
-
-def _cost(bench: Bench, path: PathSpec) -> float:
-    """What a path leaves of both runs, each with a variance of its own; no end where one runs away."""
-    assert bench.check is not None
-    gaps = (bench.problem, bench.problem.residual(path)), (bench.check, unseen_residual(bench.check, path))
-    cost = sum(len(gap) * float(np.log(gap @ gap / len(gap) + of.negligible**2)) for of, gap in gaps)
-    return cost if np.isfinite(cost) else np.inf
+            if not own.issuperset(names):
+                yield also_free(explanation, forms, names), step_starts(explanation.fit.path, forms, names)

@@ -1,5 +1,6 @@
 """Explanations: sets of effects fitted to a channel, and what they are measured by."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -148,6 +149,10 @@ class Bench:
             lost = len(problem.measured) - float(problem.weights.sum()) + problem.windows.freedoms
             total -= lost * floor / (floor + problem.negligible**2)
         return total
+
+    def tells(self, before: Fit, after: Fit, samples: float) -> float:
+        """What the run alone says for one fit over another, as they were fitted: twice the log-likelihood ratio."""
+        return samples * len(after.residual) / self.count * math.log(before.rss / after.rss)
 
     def worth(self, explanation: "Explanation") -> float:
         """Effective number of samples of both runs, by an explanation's residual."""
