@@ -17,6 +17,7 @@ from .noise import whiteness
 from .parsimony import simplified, told_exactly
 from .problem import Problem
 from .recurring import recurring
+from .regrown import regrown
 from .result import Verdict
 from .retold import retold
 from .search import scan, scan_whole
@@ -142,6 +143,7 @@ def examine(
         measure = take_measure(bench, known)
         known = lessened(bench, known, simplified(bench, known, measure), measure)
         known = retold(bench, null, told_exactly(bench, known, measure), measure)
+        known = regrown(bench, null, known, measure)
     except KeyboardInterrupt as stop:
         interrupted = True
         known = distinct(bench, [*known, *(stop.found if isinstance(stop, StoppedError) else ())])

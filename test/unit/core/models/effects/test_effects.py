@@ -729,6 +729,19 @@ def test_a_duhem_loop_bends_alike_on_its_way_back():
     assert np.abs(answer("hysteresis", {**loop, "way_back": 0.0}) - expected[:-1]).max() > 0.03
 
 
+@pytest.mark.parametrize("beta", [0.35, 0.5, 0.7])
+def test_a_bouc_wen_loop_follows_its_equation_whatever_its_way_back(beta):
+    """Against w z' = u' - (beta |u'| z + gamma u' |z|) |z|^(n - 1) in fine steps, beta + gamma = 1."""
+    width, power, expected, z = 0.3, 1.7, [], 0.0
+    for before, now in zip(np.concatenate([[SWEEP[0]], SWEEP[:-1]]), SWEEP, strict=True):
+        move = (now - before) / 400 / width
+        for _ in range(400):
+            z += move * (1.0 - (1.0 - beta + beta * np.sign(move * z)) * abs(z) ** power)
+        expected.append(now - width * z)
+    loop = {"half_width_v": width, "bouc_wen": 1.0, "sharpness": power, "way_back": 2.0 * beta - 1.0}
+    assert np.abs(answer("hysteresis", loop) - expected[:-1]).max() < 0.02 * width
+
+
 def test_gain_drifts_with_time():
     out = answer("gain_drift", {"rate_per_s": 0.01}, voltage=np.ones(500))
     assert out[-1] == pytest.approx(1 + 0.01 * TIME[-1], abs=1e-3)

@@ -106,8 +106,8 @@ EFFECT = Effect(
         Parameter(
             "way_back",
             Quantity.RATIO,
-            "Bouc-Wen beta - gamma: how much steeper a way back begins, 1 for a Duhem loop of exponentials",
-            0.0,
+            "Bouc-Wen beta - gamma: how much steeper a way back begins than a play's, 1 for a Duhem loop of exponentials",
+            -0.8,
             1.0,
             (1.0,),
             optional=True,

@@ -1,0 +1,62 @@
+"""Sets begun anew from their plain forms: the best one, and those next behind it."""
+
+import math
+from collections.abc import Iterable
+from functools import partial
+
+from ..core.models.effects import registry
+from .candidates import Candidate, hypothesis
+from .choice import Measure, best_set
+from .hypothesis_fit import fit_hypothesis
+from .retold import told
+from .selection import Bench, Explanation
+
+_MISFIT = 12.0  # twice the log-likelihood ratio by which a single effect misses the runs: it may be another
+_MISSED = 0.5  # of the gap, which one behind may leave at most,
+_MOST = 4  # of which so many are begun anew
+
+
+def regrown(bench: Bench, null: Explanation, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
+    """What is known; the best set and those next behind it, grown from their plain forms where that serves them better.
+
+    Beside another effect a form is refined by what helps it most at once, and from there no step may lead on; of the
+    many sets tried only the foremost are refined at all.
+    """
+    listed = list(known)
+    anew = [] if bench.rough or bench.check is None else _doubtful(null, listed, measure)
+    found = list(bench.workers.results(partial(_grown, measure, bench.alone), anew))
+    for explanation, grown in zip(anew, found, strict=True):
+        better = measure.score(grown) < measure.score(explanation)
+        listed = [grown if e is explanation and better else e for e in listed]
+    return listed
+
+
+def _doubtful(null: Explanation, known: list[Explanation], measure: Measure) -> list[Explanation]:
+    """The best set and those next behind it, as small; of single effects, each refined already, where all miss much."""
+    best = best_set(null, known, measure)
+    missed = measure.samples * math.log1p(measure.left(best) / measure.noise)
+    if not best.added or (len(best.added) == 1 and missed < _MISFIT):
+        return []
+    as_small = [e for e in known if e.inside and 0 < len(e.added) <= len(best.added) and e is not best]
+    near = [e for e in as_small if measure.left(e) < _MISSED * measure.left(null)]
+    return [best, *sorted(near, key=measure.score)[:_MOST]]
+
+
+def _grown(measure: Measure, bench: Bench, explanation: Explanation) -> Explanation:
+    return told(measure, bench, _plain(bench, explanation))
+
+
+def _plain(bench: Bench, explanation: Explanation) -> Explanation:
+    """A set with each of its effects in its plain form, fitted from where it stands."""
+    path, freed = explanation.fit.path, dict(explanation.freed)
+    effects = []
+    for spec in path.effects:
+        if spec.name in explanation.added:
+            freed[spec.name] = Candidate(spec.name, spec.at).required
+            plain = {name: spec.parameters[name] for name in freed[spec.name]}
+            effects.append(spec.model_copy(update={"parameters": registry()[spec.name].complete(plain)}))
+        else:
+            effects.append(spec)
+    like = hypothesis(bench.problem, path.model_copy(update={"effects": tuple(effects)}), bench.nominal, freed)
+    fit = fit_hypothesis(bench.problem, like, [like.start()], bench.iterations, 1)
+    return bench.explained(fit, explanation.added, freed, glance=True)

@@ -1,0 +1,98 @@
+"""Sets whose form no step led to, grown again from where their effects are plain."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.core.models import PathSpec
+from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.choice import best_set, take_measure
+from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.regrown import regrown
+from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
+from dt_station_nodes.discovery.terms import nominal_terms
+
+from .pistons import PAPER, PATH, TIME_S, problem_of
+
+ASYMMETRY = {"asymmetry": -0.3}
+LAGS = {"time_constant_s": 0.08, "second_s": 0.06}
+OBJECT = PAPER.with_effect(Channel.POSITION, "asymmetric_gain", ASYMMETRY).with_effect(
+    Channel.POSITION, "extra_lag", LAGS
+)
+SLOW, QUICK = (1.3 * np.sin(w * TIME_S) for w in (0.8 * np.pi, 2.2 * np.pi))
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    """A cylinder of unequal areas behind a valve and an amplifier that both lag."""
+    path = OBJECT.paths[Channel.POSITION]
+    problem = problem_of(path, SLOW, SLOW, 1)
+    return Bench(problem, nominal_terms(PATH, problem.signal), problem_of(path, QUICK, QUICK, 2))
+
+
+@pytest.fixture(scope="module")
+def null(bench: Bench) -> Explanation:
+    return fit_null(bench, PATH)
+
+
+def fitted(bench: Bench, **effects: dict[str, float]) -> Explanation:
+    """A set fitted from these numbers, which alone are free."""
+    path: PathSpec = PATH
+    for name, numbers in effects.items():
+        path = add_effect(path, Candidate(name), numbers)
+    freed = {name: tuple(numbers) for name, numbers in effects.items()}
+    like = hypothesis(bench.problem, path, bench.nominal, freed)
+    fit = fit_hypothesis(bench.problem, like, [like.start()], bench.iterations, 1)
+    return bench.explained(fit, tuple(effects), freed)
+
+
+@pytest.fixture(scope="module")
+def rival(bench: Bench) -> Explanation:
+    """A transport of which some parts take longer does nearly what two lags do."""
+    return fitted(bench, asymmetric_gain=ASYMMETRY, delay={"delay_s": 0.1, "mixing": 0.3})
+
+
+def test_a_set_that_was_never_refined_is_found(bench: Bench, null: Explanation, rival: Explanation) -> None:
+    bent = {**ASYMMETRY, "centre_v": 0.1, "rounding_v": 0.1}
+    behind = fitted(bench, asymmetric_gain=bent, extra_lag={"time_constant_s": 0.14})
+    known = [null, fitted(bench, asymmetric_gain=ASYMMETRY), rival, behind]
+    measure = take_measure(bench, known)
+    assert best_set(null, known, measure) is rival
+    found = regrown(bench, null, known, measure)
+    assert [e.added for e in found] == [e.added for e in known]
+    best = best_set(null, found, take_measure(bench, found))
+    assert best.added == ("asymmetric_gain", "extra_lag")
+    lag = best.fit.path.effect("extra_lag").parameters
+    own_s = [path.time_scale / path.denominator[-2] for path in (PATH, best.fit.path)]
+    assert lag["time_constant_s"] + lag["second_s"] + own_s[1] == pytest.approx(sum(LAGS.values()) + own_s[0], rel=0.05)
+    assert lag["second_s"] > 0.01
+    gain = best.fit.path.effect("asymmetric_gain").parameters
+    assert gain["asymmetry"] == pytest.approx(ASYMMETRY["asymmetry"], rel=0.02)
+
+
+def test_a_single_effect_that_leaves_noise_alone_is_left_alone(bench: Bench) -> None:
+    problem = problem_of(
+        PAPER.with_effect(Channel.POSITION, "asymmetric_gain", ASYMMETRY).paths[Channel.POSITION], SLOW, SLOW, 3
+    )
+    one = replace(bench, problem=problem, check=problem)
+    known = [
+        fit_null(one, PATH),
+        fitted(one, asymmetric_gain=ASYMMETRY),
+        fitted(one, extra_lag={"time_constant_s": 0.01}),
+    ]
+    assert regrown(one, known[0], known, take_measure(one, known)) == known
+
+
+def test_no_set_comes_out_worse(bench: Bench, null: Explanation, rival: Explanation) -> None:
+    known = [null, rival]
+    measure = take_measure(bench, known)
+    found = regrown(bench, null, known, measure)
+    assert all(measure.score(after) <= measure.score(before) for before, after in zip(known, found, strict=True))
+    assert found[0] is null
+
+
+def test_it_needs_another_run(bench: Bench, null: Explanation, rival: Explanation) -> None:
+    known = [null, rival]
+    assert regrown(replace(bench, check=None), null, known, take_measure(bench, known)) == known
