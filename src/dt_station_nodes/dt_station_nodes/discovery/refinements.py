@@ -50,6 +50,7 @@ _TOGETHER = (
     ("closing", "past_zero"),
     ("second_s", "straight"),
     ("spread", "closes_v"),
+    ("spread", "density_slope"),
     ("way_back", "uneven"),
     ("bouc_wen", "depth", "way_back"),
     ("closes_v", "open_at_v"),

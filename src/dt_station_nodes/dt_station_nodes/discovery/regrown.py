@@ -5,9 +5,9 @@ from collections.abc import Iterable
 from functools import partial
 
 from ..core.models.effects import registry
-from .candidates import Candidate, hypothesis
+from .candidates import Candidate
 from .choice import Measure, best_set
-from .hypothesis_fit import fit_hypothesis
+from .parsimony import without
 from .retold import told
 from .selection import Bench, Explanation
 
@@ -48,15 +48,9 @@ def _grown(measure: Measure, bench: Bench, explanation: Explanation) -> Explanat
 
 def _plain(bench: Bench, explanation: Explanation) -> Explanation:
     """A set with each of its effects in its plain form, fitted from where it stands."""
-    path, freed = explanation.fit.path, dict(explanation.freed)
-    effects = []
-    for spec in path.effects:
-        if spec.name in explanation.added:
-            freed[spec.name] = Candidate(spec.name, spec.at).required
-            plain = {name: spec.parameters[name] for name in freed[spec.name]}
-            effects.append(spec.model_copy(update={"parameters": registry()[spec.name].complete(plain)}))
-        else:
-            effects.append(spec)
-    like = hypothesis(bench.problem, path.model_copy(update={"effects": tuple(effects)}), bench.nominal, freed)
-    fit = fit_hypothesis(bench.problem, like, [like.start()], bench.iterations, 1)
-    return bench.explained(fit, explanation.added, freed, glance=True)
+    for name in explanation.added:
+        spec, free = explanation.fit.path.effect(name), explanation.freed[name]
+        others = (p for p in registry()[name].parameters if p.name not in Candidate(name, spec.at).required)
+        refined = [p.name for p in others if p.name in free or spec.parameters[p.name] != p.neutral]
+        explanation = without(bench, explanation, name, refined) if refined else explanation
+    return explanation

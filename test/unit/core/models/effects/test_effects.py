@@ -729,6 +729,21 @@ def test_a_duhem_loop_bends_alike_on_its_way_back():
     assert np.abs(answer("hysteresis", {**loop, "way_back": 0.0}) - expected[:-1]).max() > 0.03
 
 
+@pytest.mark.parametrize("slope", [-1.0, 0.6])
+def test_plays_of_spread_widths_weigh_as_their_density_says(slope):
+    """Against eight play operators, the weights along a line about their mean."""
+    width, expected = 0.4, 0.0
+    for j in range(1, 9):
+        play, radius, out = SWEEP[0], width * j / 4.5, []
+        for voltage in SWEEP:
+            play = min(max(play, voltage - radius), voltage + radius)
+            out.append(play)
+        expected = expected + (1.0 + slope * (4.5 - j) / 3.5) / 8.0 * np.array(out)
+    spread = {"half_width_v": width, "spread": 1.0}
+    assert np.abs(answer("hysteresis", {**spread, "density_slope": slope}) - expected[:-1]).max() < 1e-9
+    assert np.abs(answer("hysteresis", spread) - expected[:-1]).max() > 0.02
+
+
 @pytest.mark.parametrize("beta", [0.35, 0.5, 0.7])
 def test_a_bouc_wen_loop_follows_its_equation_whatever_its_way_back(beta):
     """Against w z' = u' - (beta |u'| z + gamma u' |z|) |z|^(n - 1) in fine steps, beta + gamma = 1."""

@@ -36,7 +36,7 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         for j in range(1, 9):
             radius = half_width * j / 4.5
             s[j] = min(max(s[j], value - radius), value + radius)
-            total += s[j]
+            total += s[j] * (1.0 + p[12] * (4.5 - j) / 3.5)
         play = (1.0 - spread) * play + spread * total / 8.0
     loop = (1.0 - bouc_wen) * play + bouc_wen * (value - half_width * s[11])
     beyond = loop - middle
@@ -106,7 +106,7 @@ EFFECT = Effect(
         Parameter(
             "way_back",
             Quantity.RATIO,
-            "Bouc-Wen beta - gamma: how much steeper a way back begins than a play's, 1 for a Duhem loop of exponentials",
+            "Bouc-Wen beta - gamma: how much steeper a way back begins, 1 for a Duhem loop of exponentials",
             -0.8,
             1.0,
             (1.0,),
@@ -159,6 +159,15 @@ EFFECT = Effect(
             optional=True,
         ),
         begins(Quantity.INPUT),
+        Parameter(
+            "density_slope",
+            Quantity.RATIO,
+            "how the weight of spread plays falls with their width; 1: to none of the widest, -1: it rises as much",
+            -1.0,
+            1.0,
+            (0.8,),
+            optional=True,
+        ),
     ),
     step=_step,
     check="Run a slow triangle and compare the rising and the falling branch; try dither on the valve amplifier. "
