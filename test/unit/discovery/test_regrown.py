@@ -7,8 +7,9 @@ import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import PathSpec
+from dt_station_nodes.discovery import regrown as module
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
-from dt_station_nodes.discovery.choice import best_set, take_measure
+from dt_station_nodes.discovery.choice import Measure, best_set, take_measure
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.regrown import regrown
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
@@ -49,21 +50,29 @@ def fitted(bench: Bench, **effects: dict[str, float]) -> Explanation:
 
 
 @pytest.fixture(scope="module")
+def single(bench: Bench) -> Explanation:
+    return fitted(bench, asymmetric_gain=ASYMMETRY)
+
+
+@pytest.fixture(scope="module")
 def rival(bench: Bench) -> Explanation:
     """A transport of which some parts take longer does nearly what two lags do."""
     return fitted(bench, asymmetric_gain=ASYMMETRY, delay={"delay_s": 0.1, "mixing": 0.3})
 
 
-def test_a_set_that_was_never_refined_is_found(bench: Bench, null: Explanation, rival: Explanation) -> None:
+def test_a_set_that_was_never_refined_is_found(
+    bench: Bench, null: Explanation, single: Explanation, rival: Explanation
+) -> None:
     bent = {**ASYMMETRY, "centre_v": 0.1, "rounding_v": 0.1}
     behind = fitted(bench, asymmetric_gain=bent, extra_lag={"time_constant_s": 0.14})
-    known = [null, fitted(bench, asymmetric_gain=ASYMMETRY), rival, behind]
+    known = [null, single, rival, behind]
     measure = take_measure(bench, known)
     assert best_set(null, known, measure) is rival
     found = regrown(bench, null, known, measure)
     assert [e.added for e in found] == [e.added for e in known]
     best = best_set(null, found, take_measure(bench, found))
     assert best.added == ("asymmetric_gain", "extra_lag")
+    assert best.freed["asymmetric_gain"] == Candidate("asymmetric_gain").required
     lag = best.fit.path.effect("extra_lag").parameters
     own_s = [path.time_scale / path.denominator[-2] for path in (PATH, best.fit.path)]
     assert lag["time_constant_s"] + lag["second_s"] + own_s[1] == pytest.approx(sum(LAGS.values()) + own_s[0], rel=0.05)
@@ -72,27 +81,31 @@ def test_a_set_that_was_never_refined_is_found(bench: Bench, null: Explanation, 
     assert gain["asymmetry"] == pytest.approx(ASYMMETRY["asymmetry"], rel=0.02)
 
 
-def test_a_single_effect_that_leaves_noise_alone_is_left_alone(bench: Bench) -> None:
-    problem = problem_of(
-        PAPER.with_effect(Channel.POSITION, "asymmetric_gain", ASYMMETRY).paths[Channel.POSITION], SLOW, SLOW, 3
-    )
-    one = replace(bench, problem=problem, check=problem)
-    known = [
-        fit_null(one, PATH),
-        fitted(one, asymmetric_gain=ASYMMETRY),
-        fitted(one, extra_lag={"time_constant_s": 0.01}),
-    ]
-    assert regrown(one, known[0], known, take_measure(one, known)) == known
-
-
-def test_no_set_comes_out_worse(bench: Bench, null: Explanation, rival: Explanation) -> None:
-    known = [null, rival]
+@pytest.mark.parametrize(("missed", "begun"), [(-0.05, 0), (0.1, 2)])
+def test_single_effects_are_begun_anew_where_all_miss_much(
+    monkeypatch: pytest.MonkeyPatch, bench: Bench, null: Explanation, single: Explanation, missed: float, begun: int
+) -> None:
+    seen: list[Explanation] = []
+    monkeypatch.setattr(module, "told", lambda *given: seen.append(given[-1]) or given[-1])
+    known = [null, single, fitted(bench, asymmetric_gain=ASYMMETRY, extra_lag=LAGS)]
     measure = take_measure(bench, known)
-    found = regrown(bench, null, known, measure)
-    assert all(measure.score(after) <= measure.score(before) for before, after in zip(known, found, strict=True))
-    assert found[0] is null
+    noise = [floor * len(p.measured) for floor, p in zip(measure.floors, bench.problems, strict=True)]
+    one, other = (replace(single, powers=tuple((1.0 + k * missed) * n for n in noise)) for k in (1, 2))
+    regrown(bench, null, [null, one, other], measure)
+    assert len(seen) == begun
 
 
-def test_it_needs_another_run(bench: Bench, null: Explanation, rival: Explanation) -> None:
-    known = [null, rival]
+def test_what_comes_out_worse_is_not_kept(
+    monkeypatch: pytest.MonkeyPatch, bench: Bench, null: Explanation, single: Explanation, rival: Explanation
+) -> None:
+    def worse(_measure: Measure, _bench: Bench, plain: Explanation) -> Explanation:
+        return replace(plain, powers=tuple(2.0 * power for power in plain.powers))
+
+    monkeypatch.setattr(module, "told", worse)
+    known = [null, single, rival]
+    assert regrown(bench, null, known, take_measure(bench, known)) == known
+
+
+def test_it_needs_another_run(bench: Bench, null: Explanation, single: Explanation, rival: Explanation) -> None:
+    known = [null, single, rival]
     assert regrown(replace(bench, check=None), null, known, take_measure(bench, known)) == known
