@@ -15,6 +15,7 @@ from dt_station_nodes.discovery.regrown import regrown
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
+from .far_workers import FarWorkers
 from .pistons import PAPER, PATH, TIME_S, problem_of
 
 ASYMMETRY = {"asymmetry": -0.3}
@@ -98,7 +99,7 @@ def test_single_effects_are_begun_anew_where_all_miss_much(
 def test_what_comes_out_worse_is_not_kept(
     monkeypatch: pytest.MonkeyPatch, bench: Bench, null: Explanation, single: Explanation, rival: Explanation
 ) -> None:
-    def worse(_measure: Measure, _bench: Bench, plain: Explanation) -> Explanation:
+    def worse(_: Measure, plain: Explanation) -> Explanation:
         return replace(plain, powers=tuple(2.0 * power for power in plain.powers))
 
     monkeypatch.setattr(module, "told", worse)
@@ -109,3 +110,12 @@ def test_what_comes_out_worse_is_not_kept(
 def test_it_needs_another_run(bench: Bench, null: Explanation, single: Explanation, rival: Explanation) -> None:
     known = [null, single, rival]
     assert regrown(replace(bench, check=None), null, known, take_measure(bench, known)) == known
+
+
+def test_other_processes_can_do_it(bench: Bench, null: Explanation, single: Explanation, rival: Explanation) -> None:
+    known = [null, single, rival]
+    far = replace(bench, workers=FarWorkers())
+    found = regrown(far, null, known, take_measure(far, known))
+    near = regrown(bench, null, known, take_measure(bench, known))
+    assert [e.powers for e in found] == [e.powers for e in near]
+    assert [e.powers for e in found] != [e.powers for e in known]

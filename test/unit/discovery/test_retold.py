@@ -14,6 +14,7 @@ from dt_station_nodes.discovery.retold import retold
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
+from .far_workers import FarWorkers
 from .pistons import NOISE_M, PAPER, PATH, TIME_S, TWO_LEVELS, problem_of
 
 STRIBECK = {"coulomb_v": 0.25, "static_excess_v": 0.2, "stribeck_velocity": 0.015}
@@ -50,7 +51,8 @@ def test_what_two_levels_hide_is_told_by_both_runs_together(bench: Bench, null: 
     known = [null, friction, gap]
     measure = take_measure(bench, known)
     assert best_set(null, known, measure) is gap
-    told = retold(bench, null, known, measure)
+    far = replace(bench, workers=FarWorkers())
+    told = retold(far, null, known, take_measure(far, known))
     assert [e.added for e in told] == [e.added for e in known]
     best = best_set(null, told, take_measure(bench, told))
     assert best.added == ("friction",)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 
 from ..core.models.effects import registry
@@ -24,7 +25,7 @@ def regrown(bench: Bench, null: Explanation, known: Iterable[Explanation], measu
     """
     listed = list(known)
     anew = [] if bench.rough or bench.check is None else _doubtful(null, listed, measure)
-    found = list(bench.workers.results(partial(_grown, measure, bench.alone), anew))
+    found = list(bench.workers.results(partial(_grown, replace(measure, bench=bench.alone)), anew))
     for explanation, grown in zip(anew, found, strict=True):
         better = measure.score(grown) < measure.score(explanation)
         listed = [grown if e is explanation and better else e for e in listed]
@@ -42,8 +43,8 @@ def _doubtful(null: Explanation, known: list[Explanation], measure: Measure) -> 
     return [best, *sorted(near, key=measure.score)[:_MOST]]
 
 
-def _grown(measure: Measure, bench: Bench, explanation: Explanation) -> Explanation:
-    return told(measure, bench, _plain(bench, explanation))
+def _grown(measure: Measure, explanation: Explanation) -> Explanation:
+    return told(measure, _plain(measure.bench, explanation))
 
 
 def _plain(bench: Bench, explanation: Explanation) -> Explanation:

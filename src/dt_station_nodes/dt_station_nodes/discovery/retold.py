@@ -1,6 +1,7 @@
 """Forms that a run does not tell but both runs together do, of the sets that fit it as well as the best one."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -35,7 +36,7 @@ def retold(bench: Bench, null: Explanation, known: Iterable[Explanation], measur
     likely = (e for e in ranked if measure.left(e) < _MISSED * measure.left(null))
     near = [e for e in likely if _alike(bench, best, e, measure)][:_MOST]
     near = [best, *near] if near else []
-    found = bench.workers.results(partial(told, measure, bench.alone), near)
+    found = bench.workers.results(partial(told, replace(measure, bench=bench.alone)), near)
     for explanation, as_told in zip(near, found, strict=True):
         listed = [as_told if e is explanation else e for e in listed]
     return listed
@@ -49,8 +50,9 @@ def _alike(bench: Bench, best: Explanation, other: Explanation, measure: Measure
     return here < SAME < measure.score(other) - measure.score(best)
 
 
-def told(measure: Measure, bench: Bench, explanation: Explanation) -> Explanation:
-    """An explanation with the refinements that the runs together bear out, added one at a time."""
+def told(measure: Measure, explanation: Explanation) -> Explanation:
+    """An explanation with the refinements that both runs together bear out, added one at a time."""
+    bench = measure.bench
     best = explanation
     for _ in range(_STEPS):
         forms = (form for form in _refined(bench, best) if sensible(form, bench.problem))
