@@ -1,6 +1,5 @@
 """A set led by a form come upon on a larger set's way, less each of its effects."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
@@ -9,15 +8,13 @@ import numpy as np
 import pytest
 
 from dt_station_nodes.discovery import neighbours
-from dt_station_nodes.discovery.candidates import Candidate, Freed, add_effect, hypothesis
 from dt_station_nodes.discovery.choice import Measure
-from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.neighbours import lessened, reduced, told_there
 from dt_station_nodes.discovery.problem import Problem
 from dt_station_nodes.discovery.selection import Bench, Explanation
 from dt_station_nodes.discovery.terms import nominal_terms
 
-from .pistons import NOISE_M, PATH, TIME_S, TWO_LEVELS, problem_of
+from .pistons import NOISE_M, PATH, TIME_S, TWO_LEVELS, fitted, problem_of
 
 
 def explained(score: float, *names: str, inside: bool = True) -> Explanation:
@@ -81,14 +78,6 @@ def bench() -> Bench:
     """On two levels no form of a limit is told from another, on a wave it is."""
     problem = limited(TWO_LEVELS, 1)
     return Bench(problem, nominal_terms(PATH, problem.signal), limited(WAVE, 2))
-
-
-def fitted(bench: Bench, numbers: Mapping[str, Mapping[str, float]]) -> Explanation:
-    path, freed = PATH, cast("Freed", {name: tuple(own) for name, own in numbers.items()})
-    for name, own in numbers.items():
-        path = add_effect(path, Candidate(name), own)
-    begin = hypothesis(bench.problem, path, bench.nominal, freed)
-    return bench.explained(fit_hypothesis(bench.problem, begin, [begin.start()], bench.iterations), tuple(freed), freed)
 
 
 def test_what_only_the_other_run_tells_is_sought_one_refinement_at_a_time(

@@ -6,17 +6,15 @@ import numpy as np
 import pytest
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import PathSpec
 from dt_station_nodes.discovery import regrown as module
-from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
+from dt_station_nodes.discovery.candidates import Candidate
 from dt_station_nodes.discovery.choice import Measure, best_set, take_measure
-from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.regrown import regrown
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
 from .far_workers import FarWorkers
-from .pistons import PAPER, PATH, TIME_S, problem_of
+from .pistons import PAPER, PATH, TIME_S, fitted, problem_of
 
 ASYMMETRY = {"asymmetry": -0.3}
 LAGS = {"time_constant_s": 0.08, "second_s": 0.06}
@@ -39,33 +37,22 @@ def null(bench: Bench) -> Explanation:
     return fit_null(bench, PATH)
 
 
-def fitted(bench: Bench, **effects: dict[str, float]) -> Explanation:
-    """A set fitted from these numbers, which alone are free."""
-    path: PathSpec = PATH
-    for name, numbers in effects.items():
-        path = add_effect(path, Candidate(name), numbers)
-    freed = {name: tuple(numbers) for name, numbers in effects.items()}
-    like = hypothesis(bench.problem, path, bench.nominal, freed)
-    fit = fit_hypothesis(bench.problem, like, [like.start()], bench.iterations, 1)
-    return bench.explained(fit, tuple(effects), freed)
-
-
 @pytest.fixture(scope="module")
 def single(bench: Bench) -> Explanation:
-    return fitted(bench, asymmetric_gain=ASYMMETRY)
+    return fitted(bench, {"asymmetric_gain": ASYMMETRY})
 
 
 @pytest.fixture(scope="module")
 def rival(bench: Bench) -> Explanation:
     """A transport of which some parts take longer does nearly what two lags do."""
-    return fitted(bench, asymmetric_gain=ASYMMETRY, delay={"delay_s": 0.1, "mixing": 0.3})
+    return fitted(bench, {"asymmetric_gain": ASYMMETRY, "delay": {"delay_s": 0.1, "mixing": 0.3}})
 
 
 def test_a_set_that_was_never_refined_is_found(
     bench: Bench, null: Explanation, single: Explanation, rival: Explanation
 ) -> None:
     bent = {**ASYMMETRY, "centre_v": 0.1, "rounding_v": 0.1}
-    behind = fitted(bench, asymmetric_gain=bent, extra_lag={"time_constant_s": 0.14})
+    behind = fitted(bench, {"asymmetric_gain": bent, "extra_lag": {"time_constant_s": 0.14}})
     known = [null, single, rival, behind]
     measure = take_measure(bench, known)
     assert best_set(null, known, measure) is rival
@@ -88,7 +75,7 @@ def test_single_effects_are_begun_anew_where_all_miss_much(
 ) -> None:
     seen: list[Explanation] = []
     monkeypatch.setattr(module, "told", lambda *given: seen.append(given[-1]) or given[-1])
-    known = [null, single, fitted(bench, asymmetric_gain=ASYMMETRY, extra_lag=LAGS)]
+    known = [null, single, fitted(bench, {"asymmetric_gain": ASYMMETRY, "extra_lag": LAGS})]
     measure = take_measure(bench, known)
     noise = [floor * len(p.measured) for floor, p in zip(measure.floors, bench.problems, strict=True)]
     one, other = (replace(single, powers=tuple((1.0 + k * missed) * n for n in noise)) for k in (1, 2))

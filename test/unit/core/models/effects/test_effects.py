@@ -754,6 +754,8 @@ def test_a_bouc_wen_loop_follows_its_equation_whatever_its_way_back(beta):
             z += move * (1.0 - (1.0 - beta + beta * np.sign(move * z)) * abs(z) ** power)
         expected.append(now - width * z)
     loop = {"half_width_v": width, "bouc_wen": 1.0, "sharpness": power, "way_back": 2.0 * beta - 1.0}
+    way_back = registry()["hysteresis"].parameter("way_back")
+    assert way_back.lower <= loop["way_back"] <= way_back.upper
     assert np.abs(answer("hysteresis", loop) - expected[:-1]).max() < 0.02 * width
 
 
