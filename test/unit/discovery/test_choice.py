@@ -15,14 +15,8 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
 from dt_station_nodes.discovery import Verdict, channel, choice
 from dt_station_nodes.discovery.channel import _decide
-from dt_station_nodes.discovery.choice import (
-    ENOUGH_TO_NAME,
-    LIKELIER,
-    UNSEEN,
-    Measure,
-    best_set,
-    enough,
-)
+from dt_station_nodes.discovery.choice import ENOUGH_TO_NAME, LIKELIER, UNSEEN, best_set, enough
+from dt_station_nodes.discovery.measure import Measure
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.settings import DiscoverySettings

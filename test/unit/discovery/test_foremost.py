@@ -11,8 +11,8 @@ from cases import Case, make
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
 from dt_station_nodes.discovery import DiscoverySettings
-from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.foremost import foremost
+from dt_station_nodes.discovery.measure import take_measure
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms

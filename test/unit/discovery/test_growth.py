@@ -17,8 +17,9 @@ from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import growth
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
-from dt_station_nodes.discovery.choice import WORTH_NOISE, take_measure
+from dt_station_nodes.discovery.choice import WORTH_NOISE
 from dt_station_nodes.discovery.growth import Growth
+from dt_station_nodes.discovery.measure import take_measure
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.search import scan
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null

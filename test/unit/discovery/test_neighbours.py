@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from dt_station_nodes.discovery import neighbours
-from dt_station_nodes.discovery.choice import Measure
+from dt_station_nodes.discovery.measure import Measure
 from dt_station_nodes.discovery.neighbours import lessened, reduced, told_there
 from dt_station_nodes.discovery.problem import Problem
 from dt_station_nodes.discovery.selection import Bench, Explanation

@@ -9,8 +9,8 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
-from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
+from dt_station_nodes.discovery.measure import take_measure
 from dt_station_nodes.discovery.out_of_reach import NEVER, ends_elsewhere
 from dt_station_nodes.discovery.parsimony import simplified
 from dt_station_nodes.discovery.problem import Problem, make_problem

@@ -16,8 +16,8 @@ from dt_station_nodes.core.models import ModelSpec, PlantModel
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import parsimony
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
-from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.measure import take_measure
 from dt_station_nodes.discovery.parsimony import _rested, as_near, at_usual, simplified, told_exactly
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation

@@ -12,7 +12,7 @@ from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
-from dt_station_nodes.discovery.choice import Measure
+from dt_station_nodes.discovery.measure import Measure
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.recurring import recurring
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null

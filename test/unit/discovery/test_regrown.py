@@ -8,7 +8,8 @@ import pytest
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.discovery import regrown as module
 from dt_station_nodes.discovery.candidates import Candidate
-from dt_station_nodes.discovery.choice import Measure, best_set, take_measure
+from dt_station_nodes.discovery.choice import best_set
+from dt_station_nodes.discovery.measure import Measure, take_measure
 from dt_station_nodes.discovery.regrown import regrown
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms

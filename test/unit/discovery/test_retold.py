@@ -7,9 +7,10 @@ import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
-from dt_station_nodes.discovery.choice import best_set, certain, take_measure
+from dt_station_nodes.discovery.choice import best_set, certain
 from dt_station_nodes.discovery.foretold import agreed
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.measure import take_measure
 from dt_station_nodes.discovery.retold import retold
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms

@@ -14,9 +14,9 @@ from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, search
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, all_starts, grid, hypothesis, library
-from dt_station_nodes.discovery.choice import take_measure
 from dt_station_nodes.discovery.further_forms import GRIPPING_BRISTLES, HEAVY
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.measure import take_measure
 from dt_station_nodes.discovery.parsimony import simplified
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.refinements import GRIP, refinements

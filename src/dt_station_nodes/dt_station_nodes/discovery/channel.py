@@ -1,6 +1,5 @@
 """Stages 3, 5 and 6 for one channel: null first, candidates, decision."""
 
-import math
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -8,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .choice import alternatives, best_set, certain, hides, rivals_with, take_measure, with_namesakes
+from .choice import alternatives, best_set, certain, hides, rivals_with, with_namesakes
 from .distinct import distinct
 from .doubts import DOUBT_SHARE, LEFT_NOISE, doubted
 from .growth import MOST, Growth
+from .measure import take_measure
 from .neighbours import lessened
 from .noise import whiteness
 from .parsimony import simplified, told_exactly
@@ -189,7 +189,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         verdict = silent_verdict(bench, given, null, measure)
     # Between forms that both miss as much as they miss of the truth, a likelihood decides nothing.
     much = left > LEFT_NOISE * measure.noise
-    misfit = measure.samples * math.log1p(left / max(measure.noise, 1e-300))
+    misfit = measure.missed_by(best)
     close = [p for p in peers if (much or p[0] < LEAD * misfit) and measure.left(p[1]) < ALIKE * left]
     if len(best.added) == 1 and FAINT * measure.noise < left and not much:
         close = [p for p in peers if measure.left(p[1]) < FAINT_ALIKE * left]

@@ -1,13 +1,13 @@
 """Stage 6: which set of effects earns its names, and which names could stand in their place."""
 
-import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ..core.models.effects import registry
+from .measure import Measure
 from .namesakes import namesakes
 from .problem import Problem
-from .selection import Bench, Explanation, penalised
+from .selection import Explanation
 from .sense import sensible
 from .unseen import unseen_residual
 
@@ -15,8 +15,6 @@ ENOUGH_TO_TELL = 40.0  # the same over the smaller set, on one run
 ENOUGH_TO_NAME = 18.0  # twice the log-likelihood ratio over the null, complexity already paid
 LEAST_TOLD = 8.0  # the same on the run that is fitted, bent parameters included
 FORETOLD = 0.3  # of what the smaller set leaves of the other run
-SEEN = 2.0  # times what no one would call a gap: less is none
-FAR_OFF = 4.0  # priors of the nominal parameters, twice the log: one of them off by 2.6 of their widths
 ROUGH_GAIN = 0.05  # there a further effect must be worth this share of the gap
 ROUGH_ENOUGH = 10.0
 UNSEEN = 1.4  # times as much where nominal parameters far off leave no gap that shows,
@@ -32,61 +30,6 @@ SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.12  # must leave little of it
 LOOPS = {"hysteresis", "backlash"}
 EVIDENT = (0.003, 0.02)  # of the signal: RMS that it explains on the run, or else on the validation run
-
-
-@dataclass(frozen=True, slots=True)
-class Measure:
-    """What gaps are measured with: noise power and effective samples, seen in the best explanation so far."""
-
-    bench: Bench
-    floors: tuple[float, ...]
-    samples: float
-    rough: bool
-
-    @property
-    def noise(self) -> float:
-        """What noise, and form error not worth a word, would leave."""
-        return self.bench.noise(self.floors)
-
-    def score(self, explanation: Explanation) -> float:
-        """Penalised misfit."""
-        return penalised(self.bench, explanation, self.samples, self.floors)
-
-    def left(self, explanation: Explanation) -> float:
-        """What an explanation leaves beyond noise."""
-        return max(self.bench.misfit(explanation, self.floors) - self.noise, 0.0)
-
-    def told(self, before: Explanation, after: Explanation) -> list[float]:
-        """What each run says for one explanation over another: twice the log-likelihood ratio."""
-        bench = self.bench
-        pairs = zip(bench.misfits(before, self.floors), bench.misfits(after, self.floors), strict=True)
-        worths = (self.samples * len(problem.measured) / bench.count for problem in bench.problems)
-        return [worth * math.log(one / other) for worth, (one, other) in zip(worths, pairs, strict=True)]
-
-    def bent(self, explanation: Explanation) -> bool:
-        """Whether nominal parameters are so far off that a further effect may hide behind them."""
-        return not self.rough and explanation.fit.penalty > FAR_OFF
-
-    def seen(self, explanation: Explanation) -> bool:
-        """Whether an explanation leaves more than form error and the measured load's errors on any run."""
-        gaps = self.gaps(explanation)
-        return any(gap > (SEEN * p.negligible) ** 2 for p, gap in zip(self.bench.problems, gaps, strict=True))
-
-    def missed(self, explanation: Explanation) -> float:
-        """What an explanation misses beyond noise, RMS, of the signal of the run where that is most."""
-        gaps = zip(self.bench.problems, self.gaps(explanation), strict=True)
-        return max(max(gap, 0.0) ** 0.5 / p.signal for p, gap in gaps)
-
-    def gaps(self, explanation: Explanation) -> list[float]:
-        """Mean squares beyond noise (unit^2) on each run."""
-        runs = zip(self.bench.problems, explanation.powers, self.floors, strict=True)
-        return [power / len(p.measured) - floor for p, power, floor in runs]
-
-
-def take_measure(bench: Bench, known: list[Explanation]) -> Measure:
-    """The measure that the best explanation so far gives."""
-    nearest = min(known, key=lambda e: e.fit.rss)
-    return Measure(bench, bench.floors(nearest), bench.worth(nearest), bench.rough)
 
 
 def alternatives(best: Explanation, peers: list[tuple[float, Explanation]]) -> tuple[tuple[str, ...], ...]:

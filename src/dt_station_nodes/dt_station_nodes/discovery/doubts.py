@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from .choice import Measure
 from .growth import MISSES
+from .measure import Measure
 from .selection import Explanation
 
 LEFT_NOISE = 0.2  # of the noise power: what leaves less leaves nothing

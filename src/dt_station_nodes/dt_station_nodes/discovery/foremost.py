@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .choice import Measure
+from .measure import Measure
 from .selection import Explanation
 from .strangers import SAME
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from .choice import ENOUGH_TO_NAME, NEXT_LEAVES, WORTH_NOISE, Measure, could_add, hides, take_measure
+from .choice import ENOUGH_TO_NAME, NEXT_LEAVES, WORTH_NOISE, could_add, hides
 from .distinct import distinct
+from .measure import Measure, take_measure
 from .neighbours import parts, reduced
 from .recurring import recurring
 from .search import scan

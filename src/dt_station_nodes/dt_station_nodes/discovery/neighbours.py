@@ -6,9 +6,10 @@ from functools import partial
 
 from ..core.models import PathSpec
 from .candidates import Candidate, Freed, hypothesis
-from .choice import ENOUGH_TO_TELL, Measure
+from .choice import ENOUGH_TO_TELL
 from .distinct import distinct
 from .hypothesis_fit import fit_hypothesis
+from .measure import Measure
 from .refinements import Refinements, refined_starts, refinements, step_starts
 from .selection import Bench, Explanation
 from .timing import without

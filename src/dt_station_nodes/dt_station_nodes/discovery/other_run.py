@@ -6,9 +6,9 @@ from ..core.channels import Channel
 from ..core.models import ModelSpec, PathSpec
 from ..core.run import Run
 from .channel import Finding, examine, null_and_noise
-from .choice import FAR_OFF
 from .condense import condensed
 from .data_checks import check_run
+from .measure import FAR_OFF
 from .problem import Problem, make_problem
 from .result import Verdict
 from .selection import Explanation, Progress

@@ -9,10 +9,10 @@ import numpy as np
 from ..core.models import PathSpec
 from ..core.models.effects import registry
 from .candidates import hypothesis
-from .choice import Measure
 from .foremost import alike_here, foremost
 from .hypothesis_fit import Fit, fit_hypothesis
-from .selection import Bench, Explanation
+from .measure import Measure
+from .selection import Bench, Explanation, exchanged
 from .strangers import SAME
 from .terms import Hypothesis
 
@@ -199,10 +199,7 @@ def told_exactly(bench: Bench, known: Iterable[Explanation], measure: Measure) -
         return listed
     near = foremost(listed, measure)
     near += [e for e in alike_here(listed, near, measure) if e not in near]
-    found = bench.workers.results(partial(bench.alone.settled, exactly=True), near)
-    for explanation, told in zip(near, found, strict=True):
-        listed = [told if e is explanation else e for e in listed]
-    return listed
+    return exchanged(listed, near, bench.workers.results(partial(bench.alone.settled, exactly=True), near))
 
 
 def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
@@ -211,19 +208,15 @@ def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> 
     if bench.rough:
         return listed
     near = foremost(listed, measure)
-    found = bench.workers.results(partial(_simplest, replace(measure, bench=bench.alone)), near)
-    for explanation, simple in zip(near, found, strict=True):
-        listed = [simple if e is explanation and simple else e for e in listed]
-    return listed
+    return exchanged(listed, near, bench.workers.results(partial(_simplest, replace(measure, bench=bench.alone)), near))
 
 
-def _simplest(measure: Measure, explanation: Explanation) -> Explanation | None:
-    """An explanation in its simplest form, if that is another."""
+def _simplest(measure: Measure, explanation: Explanation) -> Explanation:
+    """An explanation in its simplest form."""
     bench = measure.bench
     best = _rested(bench, explanation)
     simpler = _simpler(bench, best, measure)
     while simpler is not None:
         best, simpler = simpler, _simpler(bench, simpler, measure)
     # A lower minimum of the run that foretells the other worse is none.
-    best = min((best, _around(bench, best)), key=measure.score)
-    return None if best is explanation else best
+    return min((best, _around(bench, best)), key=measure.score)

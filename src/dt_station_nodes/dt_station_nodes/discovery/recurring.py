@@ -1,6 +1,7 @@
 """Which periodic disturbances are none: any smooth nonlinearity of a periodic run looks as if it were one."""
 
-from .choice import ENOUGH_TO_TELL, Measure
+from .choice import ENOUGH_TO_TELL
+from .measure import Measure
 from .problem import Problem
 from .selection import Explanation
 from .timing import PERIODIC

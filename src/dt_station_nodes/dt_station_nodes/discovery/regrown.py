@@ -1,16 +1,16 @@
 """Sets begun anew from their plain forms: the best one, and those next behind it."""
 
-import math
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 
 from ..core.models.effects import registry
 from .candidates import Candidate
-from .choice import Measure, best_set
+from .choice import best_set
+from .measure import Measure
 from .parsimony import without
 from .retold import told
-from .selection import Bench, Explanation
+from .selection import Bench, Explanation, exchanged
 
 _MISFIT = 12.0  # twice the log-likelihood ratio by which a single effect misses the runs: it may be another
 _MISSED = 0.5  # of the gap, which one behind may leave at most,
@@ -25,18 +25,14 @@ def regrown(bench: Bench, null: Explanation, known: Iterable[Explanation], measu
     """
     listed = list(known)
     anew = [] if bench.rough or bench.check is None else _doubtful(null, listed, measure)
-    found = list(bench.workers.results(partial(_grown, replace(measure, bench=bench.alone)), anew))
-    for explanation, grown in zip(anew, found, strict=True):
-        better = measure.score(grown) < measure.score(explanation)
-        listed = [grown if e is explanation and better else e for e in listed]
-    return listed
+    grown = bench.workers.results(partial(_grown, replace(measure, bench=bench.alone)), anew)
+    return exchanged(listed, anew, [min(pair, key=measure.score) for pair in zip(anew, grown, strict=True)])
 
 
 def _doubtful(null: Explanation, known: list[Explanation], measure: Measure) -> list[Explanation]:
     """The best set and those next behind it, as small; of single effects, each refined already, where all miss much."""
     best = best_set(null, known, measure)
-    missed = measure.samples * math.log1p(measure.left(best) / measure.noise)
-    if not best.added or (len(best.added) == 1 and missed < _MISFIT):
+    if not best.added or (len(best.added) == 1 and measure.missed_by(best) < _MISFIT):
         return []
     as_small = [e for e in known if e.inside and 0 < len(e.added) <= len(best.added) and e is not best]
     near = [e for e in as_small if measure.left(e) < _MISSED * measure.left(null)]

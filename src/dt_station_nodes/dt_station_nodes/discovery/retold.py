@@ -8,12 +8,13 @@ import numpy as np
 
 from ..core.models import PathSpec
 from .candidates import Freed, hypothesis
-from .choice import Measure, best_set
+from .choice import best_set
 from .foretold import agreed, cost_of_both
 from .hypothesis_fit import fit_hypothesis
+from .measure import Measure
 from .neighbours import also_free, refinable
 from .refinements import step_starts
-from .selection import Bench, Explanation
+from .selection import Bench, Explanation, exchanged
 from .sense import sensible
 from .strangers import SAME
 
@@ -36,10 +37,7 @@ def retold(bench: Bench, null: Explanation, known: Iterable[Explanation], measur
     likely = (e for e in ranked if measure.left(e) < _MISSED * measure.left(null))
     near = [e for e in likely if _alike(bench, best, e, measure)][:_MOST]
     near = [best, *near] if near else []
-    found = bench.workers.results(partial(told, replace(measure, bench=bench.alone)), near)
-    for explanation, as_told in zip(near, found, strict=True):
-        listed = [as_told if e is explanation else e for e in listed]
-    return listed
+    return exchanged(listed, near, bench.workers.results(partial(told, replace(measure, bench=bench.alone)), near))
 
 
 def _alike(bench: Bench, best: Explanation, other: Explanation, measure: Measure) -> bool:

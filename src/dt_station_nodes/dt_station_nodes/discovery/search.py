@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from ..core.models import PathSpec
 from .beginnings import BEGINS
 from .candidates import Candidate, all_starts, hypothesis, library, pair_starts, plain_starts
-from .choice import FAR_OFF
 from .distinct import distinct
 from .further_forms import BELL
 from .hypothesis_fit import Costs, Group, fit_groups, fit_hypothesis
+from .measure import FAR_OFF
 from .mode_starts import mode_starts
 from .parsimony import as_near, at_usual, without
 from .refinements import ANSWER, GRIP, Refinements, refined_starts, refinements, step_starts

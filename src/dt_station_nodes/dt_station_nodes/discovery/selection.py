@@ -1,7 +1,7 @@
 """Explanations: sets of effects fitted to a channel, and what they are measured by."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -198,3 +198,11 @@ def fit_null(bench: Bench, path: PathSpec) -> Explanation:
     """The path with its nominal parameters alone refitted."""
     fit = fit_hypothesis(bench.problem, Hypothesis(path, bench.nominal), iterations=12)
     return bench.judged(bench.explained(fit, (), {}))
+
+
+def exchanged(
+    known: Iterable[Explanation], those: Iterable[Explanation], found: Iterable[Explanation]
+) -> list[Explanation]:
+    """What is known, each of `those` exchanged for what was found in its place; in the order they came."""
+    instead = {id(explanation): new for explanation, new in zip(those, found, strict=True)}
+    return [instead.get(id(explanation), explanation) for explanation in known]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from .choice import SEEN, Measure
+from .measure import SEEN, Measure
 from .noise import effective_samples, whiteness
 from .result import Verdict
 from .selection import Bench, Explanation
