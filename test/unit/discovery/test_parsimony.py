@@ -24,6 +24,8 @@ from dt_station_nodes.discovery.selection import Bench, Explanation
 from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.terms import nominal_terms
 
+from .far_workers import FarWorkers
+
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))
 
@@ -73,6 +75,14 @@ def test_numbers_that_do_nothing_go_and_what_was_fitted_stands() -> None:
     assert np.allclose(rested.fit.hypothesis.start(), rested.fit.fitted.x)
     assert rested.fit.fitted.jacobian.shape == (full.fit.fitted.jacobian.shape[0], rested.fit.freedoms)
     assert not rested.fit.fitted.idle.any()
+
+
+def test_what_is_simple_stays_what_it_was_wherever_it_was_looked_at() -> None:
+    case = Case((("delay", "position", 1.0),), "sine", seed=2, seconds=24.0)
+    bench, full = refined(case, "delay", {"delay_s": 0.03, "stretch_per_v": -0.03})
+    (simple,) = simplified(bench, [full], take_measure(bench, [full]))
+    (again,) = simplified(replace(bench, workers=FarWorkers()), [simple], take_measure(bench, [simple]))
+    assert again is simple
 
 
 def test_a_lower_minimum_that_foretells_worse_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -208,15 +208,18 @@ def simplified(bench: Bench, known: Iterable[Explanation], measure: Measure) -> 
     if bench.rough:
         return listed
     near = foremost(listed, measure)
-    return exchanged(listed, near, bench.workers.results(partial(_simplest, replace(measure, bench=bench.alone)), near))
+    simpler = bench.workers.results(partial(_simplest, replace(measure, bench=bench.alone)), near)
+    # What another process hands back unchanged is a copy: what is known stays what it was.
+    return exchanged(listed, near, [found or e for e, found in zip(near, simpler, strict=True)])
 
 
-def _simplest(measure: Measure, explanation: Explanation) -> Explanation:
-    """An explanation in its simplest form."""
+def _simplest(measure: Measure, explanation: Explanation) -> Explanation | None:
+    """An explanation in its simplest form, if that is another."""
     bench = measure.bench
     best = _rested(bench, explanation)
     simpler = _simpler(bench, best, measure)
     while simpler is not None:
         best, simpler = simpler, _simpler(bench, simpler, measure)
     # A lower minimum of the run that foretells the other worse is none.
-    return min((best, _around(bench, best)), key=measure.score)
+    best = min((best, _around(bench, best)), key=measure.score)
+    return None if best is explanation else best
