@@ -1,5 +1,6 @@
 """Fitting a hypothesis to a problem: simulation error, priors on the nominal parameters, several starts."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -65,15 +66,15 @@ class Fit:
         return len(self.hypothesis.terms)
 
 
-def _prior(deviation: Array) -> Array:
-    """Residuals of a heavy-tailed prior (Student's t): a square inside its width, a logarithm far outside."""
-    return np.asarray(np.sign(deviation) * np.sqrt(4.0 * np.log1p(0.25 * deviation**2)), dtype=np.float64)
+def _prior(deviation: float) -> float:
+    """Residual of a heavy-tailed prior (Student's t): a square inside its width, a logarithm far outside."""
+    return math.copysign(math.sqrt(4.0 * math.log1p(0.25 * deviation**2)), deviation)
 
 
 def prior_gaps(hypothesis: Hypothesis, x: Array) -> Array:
     """Residuals (k,) of the priors of the numbers x (p,) that have one."""
-    held = [(value - term.centre) / term.prior for term, value in zip(hypothesis.terms, x, strict=True) if term.prior]
-    return _prior(np.array(held))
+    terms = zip(hypothesis.terms, x.tolist(), strict=True)
+    return np.array([_prior((value - term.centre) / term.prior) for term, value in terms if term.prior])
 
 
 def _cost(gap: Array) -> float:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -23,12 +24,11 @@ class Windows:
         """The residual (n,) less each window's mean where windows are anchored, else as it is."""
         if not self.anchored:
             return residual
-        starts = self.edges[:-1]
-        lengths = np.diff(self.edges)
-        means = np.add.reduceat(residual, starts) / lengths
-        level = residual - np.repeat(means, lengths)
+        level = _level(residual, self.edges)
         if not self.trend:
             return level
+        starts = self.edges[:-1]
+        lengths = np.diff(self.edges)
         time = np.arange(len(residual)) - np.repeat(starts + 0.5 * (lengths - 1), lengths)
         slopes = np.add.reduceat(level * time, starts) / np.maximum(np.add.reduceat(time * time, starts), 1e-300)
         return level - np.repeat(slopes, lengths) * time
@@ -55,3 +55,18 @@ def make_windows(
     count = min(count, max(1, (samples - first) // 8))
     edges = np.linspace(first, samples, count + 1).round().astype(np.int64)
     return Windows(np.concatenate([[0], edges]) if first > 0 else edges, anchored, trend)
+
+
+@njit(cache=True)
+def _level(values: Array, edges: NDArray[np.int64]) -> Array:
+    """Values (n,) less each window's mean, between `edges` (windows + 1,)."""
+    level = np.empty_like(values)
+    for k in range(edges.size - 1):
+        first, end = edges[k], edges[k + 1]
+        total = 0.0
+        for i in range(first, end):
+            total += values[i]
+        mean = total / (end - first)
+        for i in range(first, end):
+            level[i] = values[i] - mean
+    return level

@@ -4,10 +4,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from . import path_map
 from .linear import Coefficients, LinearPath, discretise
+from .small import dot
 from .spec import Outlet
 
 Array = NDArray[np.float64]
@@ -31,24 +33,52 @@ class LaidOut:
 
 
 def _filled(linear: LinearPath, away: LinearPath) -> LaidOut:
-    header = np.zeros(path_map.HEADER)
-    header[path_map.DIRECT] = linear.d
-    header[path_map.DIRECT_VELOCITY] = linear.velocity_direct
-    header[path_map.AWAY_DIRECT] = away.d
-    header[path_map.AWAY_DIRECT_VELOCITY] = away.velocity_direct
-    header[path_map.GAIN_VELOCITY] = linear.velocity @ linear.b + linear.velocity_direct
-    header[path_map.GAIN_OUTPUT] = linear.c @ linear.b + linear.d
-    header[path_map.GAIN_INJECTION] = linear.c @ linear.e
-    header[path_map.GAIN_INJECTED_VELOCITY] = linear.velocity @ linear.e
-    header[path_map.DECAY] = linear.outlet_rate
-    header[path_map.INLET_DECAY] = linear.inlet_rate
-    header[path_map.STATIC] = linear.static_gain
-    header[path_map.SETTLING] = linear.settling_rate
-    header[path_map.SPEED] = linear.speed_gain
-    blocks = [header, linear.a.ravel(), linear.b, linear.e, linear.c, linear.velocity]
-    blocks += [away.a.ravel(), away.b, away.c, away.velocity]
-    at = np.cumsum([block.size for block in blocks])
-    return LaidOut(linear, away.b.size, np.concatenate(blocks), tuple(at.tolist()))
+    n, m = linear.b.size, away.b.size
+    at = _places(n, m)
+    numbers = np.empty(at[-1])
+    parts = (linear.a.ravel(), linear.b, linear.e, linear.c, linear.velocity)
+    away_parts = (away.a.ravel(), away.b, away.c, away.velocity)
+    _fill(numbers, parts, away_parts)
+    _gains(numbers, *parts[1:])
+    numbers[path_map.DIRECT], numbers[path_map.DIRECT_VELOCITY] = linear.d, linear.velocity_direct
+    numbers[path_map.AWAY_DIRECT], numbers[path_map.AWAY_DIRECT_VELOCITY] = away.d, away.velocity_direct
+    numbers[path_map.GAIN_VELOCITY] += linear.velocity_direct
+    numbers[path_map.GAIN_OUTPUT] += linear.d
+    numbers[path_map.DECAY] = linear.outlet_rate
+    numbers[path_map.INLET_DECAY] = linear.inlet_rate
+    numbers[path_map.STATIC] = linear.static_gain
+    numbers[path_map.SETTLING] = linear.settling_rate
+    numbers[path_map.SPEED] = linear.speed_gain
+    return LaidOut(linear, m, numbers, at)
+
+
+@lru_cache(maxsize=64)
+def _places(n: int, m: int) -> tuple[int, ...]:
+    """Where each part of a path of n states begins, with a disturbance path of m; last where they end."""
+    return tuple(np.cumsum([path_map.HEADER, n * n, n, n, n, n, m * m, m, m, m]).tolist())
+
+
+@njit(cache=True)
+def _fill(numbers: Array, own: tuple[Array, ...], away: tuple[Array, ...]) -> None:
+    """A path's parts and its disturbance path's, in this order, behind an empty header."""
+    numbers[: path_map.HEADER] = 0.0
+    at = path_map.HEADER
+    for part in own:
+        numbers[at : at + part.size] = part
+        at += part.size
+    for part in away:
+        numbers[at : at + part.size] = part
+        at += part.size
+
+
+@njit(cache=True)
+def _gains(numbers: Array, b: Array, e: Array, c: Array, velocity: Array) -> None:
+    """What a volt or an injection does within a sub-step, by way of the states."""
+    n = b.size
+    numbers[path_map.GAIN_VELOCITY] = dot(velocity, b, n)
+    numbers[path_map.GAIN_OUTPUT] = dot(c, b, n)
+    numbers[path_map.GAIN_INJECTION] = dot(c, e, n)
+    numbers[path_map.GAIN_INJECTED_VELOCITY] = dot(velocity, e, n)
 
 
 NOTHING = _filled(_NO_PATH, _NO_PATH)

@@ -1,6 +1,6 @@
 """Linear paths: well-scaled state space of a transfer function and its exact zero-order-hold discretisation."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -76,18 +76,25 @@ def discretise(
 
     Without an `outlet` nothing can be injected, which saves looking for poles.
     """
-    unit = _discretised(transfer.numerator, transfer.denominator, transfer.time_scale, step_s, outlet)
-    factor = transfer.gain * scale
-    return replace(
-        unit,
-        c=unit.c * factor,
-        d=unit.d * factor,
-        e=unit.e / factor if factor != 0.0 else np.zeros_like(unit.e),
-        velocity=unit.velocity * factor,
-        velocity_direct=unit.velocity_direct * factor,
-        static_gain=unit.static_gain * factor,
-        standing_gain=unit.standing_gain * factor,
-        speed_gain=unit.speed_gain * factor,
+    unit = _normal(transfer.numerator, transfer.denominator, outlet)
+    stretch = transfer.time_scale
+    rate = unit.rate / stretch
+    a, b, flow = _moved(transfer.numerator, transfer.denominator, outlet, rate * step_s)
+    factor = transfer.gain * scale * stretch**unit.integrators
+    return LinearPath(
+        a,
+        b,
+        unit.c * factor,
+        unit.d * factor,
+        flow / (rate * factor) if factor != 0.0 else np.zeros_like(flow),
+        unit.velocity * (factor * rate),
+        unit.velocity_direct * factor * rate,
+        unit.outlet_rate * rate,
+        unit.inlet_rate * rate,
+        unit.static_gain * factor,
+        unit.settling_rate * rate,
+        unit.standing_gain * factor,
+        unit.speed_gain * transfer.gain * scale,
     )
 
 
@@ -104,53 +111,75 @@ def _monic(given: tuple[float, ...], below: tuple[float, ...], time_scale: float
     return numerator / denominator[0], denominator / denominator[0]
 
 
-@lru_cache(maxsize=512)
-def _discretised(
-    given: tuple[float, ...], below: tuple[float, ...], time_scale: float, step_s: float, outlet: Outlet | None
-) -> LinearPath:
-    """The work of `discretise` for unit gain, remembered: a fit asks for the same few paths thousands of times.
+@dataclass(frozen=True, slots=True)
+class _Normal:
+    """A path of unit gain in its own time unit, 1 / `rate` (geometric mean of its non-zero poles) at a time scale of 1.
 
-    The companion form is built in the path's own time unit (geometric mean of its non-zero poles), which keeps
-    a sixth-order path with coefficients up to 1e10 well conditioned.
+    `companion` (n + 2, n + 2): its states, then the voltage and the injected flow that move them; the others as in
+    `LinearPath`, velocity and rates per time unit. In that unit a path of any time scale has the same numbers.
     """
-    numerator, denominator = _monic(given, below, time_scale)
+
+    companion: Array
+    rate: float
+    integrators: int
+    c: Array
+    d: float
+    velocity: Array
+    velocity_direct: float
+    outlet_rate: float
+    inlet_rate: float
+    static_gain: float
+    settling_rate: float
+    standing_gain: float
+    speed_gain: float
+
+
+@lru_cache(maxsize=512)
+def _normal(given: tuple[float, ...], below: tuple[float, ...], outlet: Outlet | None) -> _Normal:
+    """What of `discretise` no time scale changes, remembered; it keeps coefficients up to 1e10 well conditioned."""
+    numerator, denominator = _monic(given, below, 1.0)
     n = denominator.size - 1
     d = float(numerator[0])
-    if n == 0:
-        empty = np.zeros(0)
-        return LinearPath(np.zeros((0, 0)), empty, empty, d, empty, empty, 0.0, 0.0, 0.0, d, 0.0, 0.0, 0.0)
     slow = max(i for i, value in enumerate(denominator.tolist()) if value != 0.0)
     rate = abs(float(denominator[slow])) ** (1.0 / slow) if slow else 1.0
     powers = rate ** -np.arange(n + 1.0)
     den = denominator * powers
     num = numerator * powers
-    a = np.zeros((n, n))
+    companion = np.zeros((n + 2, n + 2))
+    c = num[1:] - den[1:] * num[0]
+    if n == 0:
+        return _Normal(companion, rate, 0, c, d, c, 0.0, 0.0, 0.0, d, 0.0, 0.0, 0.0)
+    a = companion[:n, :n]
     a[0] = -den[1:]
     a[1:, :-1] = np.eye(n - 1)
-    b = np.zeros(n)
-    b[0] = 1.0
-    c = num[1:] - den[1:] * num[0]
+    companion[0, n] = 1.0
     e, outlet_rate, inlet_rate = (np.zeros(n), 0.0, 0.0) if outlet is None else _injection(den, c, outlet)
-    augmented = np.zeros((n + 2, n + 2))
-    augmented[:n, :n] = a
-    augmented[:n, n] = b
-    augmented[:n, n + 1] = e
-    phi = exponential(augmented * (rate * step_s))
-    return LinearPath(
-        a=np.ascontiguousarray(phi[:n, :n]),
-        b=np.ascontiguousarray(phi[:n, n]),
-        c=c,
-        d=d,
-        e=np.ascontiguousarray(phi[:n, n + 1] / rate),
-        velocity=c @ a * rate,
-        velocity_direct=float(c @ b) * rate,
-        outlet_rate=outlet_rate * rate,
-        inlet_rate=inlet_rate * rate,
+    companion[:n, n + 1] = e
+    return _Normal(
+        companion,
+        rate,
+        n - slow,
+        c,
+        d,
+        velocity=c @ a,
+        velocity_direct=float(c[0]),
+        outlet_rate=outlet_rate,
+        inlet_rate=inlet_rate,
         static_gain=float(num[-1] / den[-1]) if den[-1] != 0.0 else 0.0,
-        settling_rate=float(den[-1] / den[-2]) * rate if den[-2] != 0.0 else 0.0,
+        settling_rate=float(den[-1] / den[-2]) if den[-2] != 0.0 else 0.0,
         standing_gain=float(c[-1]) + d * float(den[-1]),
         speed_gain=float(numerator[-1] / denominator[-2]) if den[-1] == 0.0 and den[-2] != 0.0 else 0.0,
     )
+
+
+@lru_cache(maxsize=512)
+def _moved(
+    given: tuple[float, ...], below: tuple[float, ...], outlet: Outlet | None, units: float
+) -> tuple[Array, Array, Array]:
+    """How states, voltage and flow move the states (n, n), (n,), (n,) in so many time units of the path."""
+    phi = exponential(_normal(given, below, outlet).companion * units)
+    n = phi.shape[0] - 2
+    return np.ascontiguousarray(phi[:n, :n]), np.ascontiguousarray(phi[:n, n]), np.ascontiguousarray(phi[:n, n + 1])
 
 
 def _injection(denominator: Array, c: Array, outlet: Outlet) -> tuple[Array, float, float]:

@@ -43,9 +43,8 @@ def at_places(path: PathSpec) -> bool:
     return path.denominator[-1] == 0.0 and any(registry()[effect.name].between for effect in path.effects)
 
 
-def _key(path: PathSpec, steps: int) -> _Key:
-    """All that a path's answer depends on, in sub-steps of `steps` a sample."""
-    away = path.disturbance
+def _key(path: PathSpec, steps: int, away: DisturbanceSpec | None) -> _Key:
+    """All that a path's answer depends on, `away` being what the load moves, in sub-steps of `steps` a sample."""
     return (
         path.numerator,
         path.denominator,
@@ -131,27 +130,34 @@ class PathSimulator:
         if away is None or not _on_voltage(path):
             return self._answer(path, steps).copy()
         # What the load does is then the same whatever the effects do.
-        alone = path.model_copy(update={"disturbance": None})
         held = all(registry()[effect.name].holds for effect in path.effects)
-        return self._answer(alone, 1 if held else steps) + away.gain * self._load_part(path, away, steps)
+        alone = self._answer(path, 1 if held else steps, loaded=False)
+        return alone + away.gain * self._load_part(path, away, steps)
 
     def _load_part(self, path: PathSpec, away: DisturbanceSpec, steps: int) -> Array:
         """What the load adds to the output (SI), shape (n,), with a gain of 1."""
-        unit = away.model_copy(update={"gain": 1.0})
-        # All but the load is silent: the path's own numbers must not tell one answer from another.
-        silent = {"numerator": (0.0,), "denominator": (1.0,), "gain": 1.0, "time_scale": 1.0, "rest": 0.0}
-        return self._answer(path.model_copy(update={**silent, "effects": (), "disturbance": unit}), steps)
-
-    def _answer(self, path: PathSpec, steps: int) -> Array:
-        """Output of a path (SI), shape (n,); the last ones are remembered, so it is not to be written to."""
-        key = _key(path, steps)
+        key = (away.numerator, away.denominator, away.time_scale, away.input_scale, path.scale, steps)
         if key not in self._answers:
-            if len(self._answers) * len(self.voltage_v) * 8 >= _REMEMBERED:
-                del self._answers[next(iter(self._answers))]
-            answer = self._simulate(path, steps)
-            answer.flags.writeable = False
-            self._answers[key] = answer
+            # All but the load is silent.
+            silent = {"numerator": (0.0,), "denominator": (1.0,), "gain": 1.0, "time_scale": 1.0, "rest": 0.0}
+            unit = {"effects": (), "disturbance": away.model_copy(update={"gain": 1.0})}
+            self._remember(key, self._simulate(path.model_copy(update={**silent, **unit}), steps))
         return self._answers[key]
+
+    def _answer(self, path: PathSpec, steps: int, loaded: bool = True) -> Array:
+        """Output of a path (SI), shape (n,), `loaded` or not; remembered, so it is not to be written to."""
+        key = _key(path, steps, path.disturbance if loaded else None)
+        if key not in self._answers:
+            moved = path if loaded else path.model_copy(update={"disturbance": None})
+            self._remember(key, self._simulate(moved, steps))
+        return self._answers[key]
+
+    def _remember(self, key: _Key, answer: Array) -> None:
+        """Keep an answer, in place of the oldest where there are many."""
+        if len(self._answers) * len(self.voltage_v) * 8 >= _REMEMBERED:
+            del self._answers[next(iter(self._answers))]
+        answer.flags.writeable = False
+        self._answers[key] = answer
 
     def _simulate(self, path: PathSpec, steps: int, beside: Array | None = None) -> Array:
         step_s = self.sample_time_s / steps

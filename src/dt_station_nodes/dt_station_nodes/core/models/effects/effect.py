@@ -134,6 +134,7 @@ class Effect:
     `apart_at` is the one of its form apart (None: the usual one). Effects outside the `vocabulary` are never named by
     discovery: they stand for behaviour that must not be mistaken for a named effect. Those that they are at one end of
     their range are their `special_cases`, each with the parameter that makes them so ("": they always are).
+    `names` are its parameters', in their order.
     """
 
     name: str
@@ -154,15 +155,17 @@ class Effect:
     apart_at: Attachment | None = None
     vocabulary: bool = True
     special_cases: Mapping[str, str] = field(default_factory=dict)
+    names: tuple[str, ...] = field(init=False)
+    _neutral: Mapping[str, float] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        neutral = {p.name: p.neutral for p in self.parameters}
+        object.__setattr__(self, "names", tuple(neutral))
+        object.__setattr__(self, "_neutral", neutral)
 
     def places(self, channel: Channel) -> tuple[Attachment, ...]:
         """Where it may sit on a channel, its usual place first."""
         return (self.attachment, *self.also.get(channel, ()))
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Its parameters' names, in their order."""
-        return tuple(p.name for p in self.parameters)
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name; KeyError if there is none."""
@@ -170,11 +173,12 @@ class Effect:
 
     def complete(self, given: dict[str, float]) -> dict[str, float]:
         """All parameters in order, absent optional ones at their neutral value; ValueError on a missing one."""
-        missing = [p.name for p in self.parameters if not p.optional and p.name not in given]
-        unknown = sorted(set(given) - {p.name for p in self.parameters})
-        if missing or unknown:
+        whole = {**self._neutral, **given}
+        missing = [p.name for p in self.parameters if p.name not in given and not p.optional]
+        if missing or len(whole) > len(self.names):
+            unknown = sorted(set(given) - set(self.names))
             names = ", ".join(self.names)
             raise ValueError(
                 f"effect {self.name} takes {names}; missing {missing or 'none'}, unknown {unknown or 'none'}"
             )
-        return {p.name: float(given.get(p.name, p.neutral)) for p in self.parameters}
+        return {name: float(value) for name, value in whole.items()}
