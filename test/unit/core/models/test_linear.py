@@ -53,6 +53,21 @@ def test_time_scale_keeps_static_and_integrator_gain(time_scale, gain):
     assert 1.0 / den[1] == pytest.approx(time_scale / 23.34)
 
 
+@settings(deadline=None)
+@given(st.floats(0.5, 2.0), st.floats(0.2, 5.0))
+@pytest.mark.parametrize("transfer", [PRESSURE, POSITION])
+def test_a_path_of_another_time_scale_is_one_of_other_coefficients(transfer, time_scale, gain):
+    scaled = transfer.model_copy(update={"time_scale": time_scale, "gain": gain})
+    num, den = coefficients(scaled)
+    path, same = (
+        discretise(scaled, 1e-2, 0.005),
+        discretise(TransferFunction(numerator=num, denominator=den), 1e-2, 0.005),
+    )
+    for name in same.__slots__:
+        mine, theirs = (np.asarray(getattr(p, name)) for p in (path, same))
+        assert np.allclose(mine, theirs, rtol=1e-8, atol=1e-10 * np.abs(theirs).max(initial=0.0)), name
+
+
 def test_the_settling_rate_is_one_over_the_sum_of_time_constants():
     two_lags = TransferFunction(numerator=[3.0], denominator=[0.02, 0.3, 1.0], time_scale=2.0)
     assert discretise(two_lags, 1.0, 0.01).settling_rate == pytest.approx(1.0 / 0.6)

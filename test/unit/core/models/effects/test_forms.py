@@ -457,6 +457,16 @@ def test_an_uneven_loop_turns_over_a_longer_way_up_than_down() -> None:
     assert np.max(np.abs(odd)) == pytest.approx(0.3, rel=0.05)
 
 
+@pytest.mark.parametrize("sharpness", [0.5, 1.0, 2.3, 6.0])
+@pytest.mark.parametrize("half_width_v", [0.002, 0.02, 0.2])
+def test_a_loop_that_is_moved_far_at_once_is_at_its_far_side(half_width_v: float, sharpness: float) -> None:
+    jumps = np.repeat([0.0, 2.0, -1.5, 2.5], 40)
+    loop = having(STATIC, "hysteresis", half_width_v=half_width_v, bouc_wen=1.0, sharpness=sharpness, way_back=0.5)
+    behind = jumps[:-1] - static(jumps, loop)[1:]
+    assert behind[[60, 140]] == pytest.approx(half_width_v, rel=0.1)
+    assert behind[100] == pytest.approx(-half_width_v, rel=0.1)
+
+
 @pytest.mark.parametrize("ratio", [1.5, 3.0, 6.0])
 def test_memory_ends_where_it_began_and_starts_by_its_share_less(ratio: float) -> None:
     step = np.repeat([0.0, 1.0], [50, 60_000])

@@ -6,6 +6,7 @@ from ..compiled import Doubles, effect_step
 from .effect import Attachment, Effect, Parameter, Quantity, begins
 
 _ERF_SLOPE = 2.0 / math.sqrt(math.pi)
+_SATURATED = 40.0  # half widths that a Bouc-Wen loop is moved by at once: it is at its end
 
 
 @effect_step
@@ -23,11 +24,15 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         # Bouc-Wen, beta + gamma = 1: w z' = u' (1 - |z|^n) on the way out, w z' = u' (1 + (beta - gamma) |z|^n) back.
         move = (value - s[10]) / half_width
         move /= 1.0 + p[7] if move > 0.0 else 1.0 - p[7]
-        pieces = min(1 + int(abs(move) * 8.0), 400)
-        for _ in range(pieces):
-            turn = 1.0 if move * s[11] > 0.0 else -p[5]
-            s[11] += move / pieces * (1.0 - turn * abs(s[11]) ** sharpness if turn != 0.0 else 1.0)
-        s[11] = min(max(s[11], -1.0), 1.0)
+        if abs(move) > _SATURATED:
+            s[11] = math.copysign(1.0, move)
+        else:
+            pieces = 1 + int(abs(move) * 8.0)
+            for _ in range(pieces):
+                turn = 1.0 if move * s[11] > 0.0 else -p[5]
+                along = abs(s[11]) if sharpness == 1.0 else abs(s[11]) ** sharpness
+                s[11] += move / pieces * (1.0 - turn * along)
+            s[11] = min(max(s[11], -1.0), 1.0)
     s[10] = value
     s[0] = min(max(s[0], value - half_width), value + half_width)
     play = s[0]
