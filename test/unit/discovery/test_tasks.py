@@ -10,7 +10,9 @@ from dt_station_nodes.discovery.candidates import Candidate
 from dt_station_nodes.discovery.further_forms import AT_REST, WORN
 from dt_station_nodes.discovery.selection import Bench, Explanation
 from dt_station_nodes.discovery.tasks import (
+    FOREMOST,
     HOPELESS,
+    OUTRUN,
     SETTLED,
     StoppedError,
     Task,
@@ -98,6 +100,15 @@ def test_only_a_name_that_leaves_noise_leaves_others_hopeless(full: bool, inside
         ["bias", "dead_zone"] if hopeless else ["friction", "bias", "dead_zone"]
     )
     assert [t.candidate.name for t in far] == (["friction"] if hopeless else [])
+
+
+@pytest.mark.parametrize("full", [True, False])
+def test_what_is_behind_many_names_is_given_up_sooner(full: bool) -> None:
+    best = Task(BASE, Candidate("bias"), seen=explained(1.0, full=full))
+    others = [task(f"name {i}", 1.1 * OUTRUN + i) for i in range(FOREMOST - 1)]
+    last, again = task("friction", 0.9 * HOPELESS), task("name 1", 0.9 * HOPELESS)
+    assert within_reach([last, *others, again, best])[1] == ([last] if full else [])
+    assert within_reach([last, *others[1:], best])[1] == []
 
 
 @pytest.mark.parametrize(("rough", "known"), [(False, [5.0, 4.0]), (True, [4.0])])

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import compress
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from .hypothesis_fit import Costs
 from .selection import Bench, Explanation
 
 HOPELESS = 50.0  # times the cost of the best where that is all there is: no refinement makes up for so much
+OUTRUN = 8.0  # the same for what is behind so many names
+FOREMOST = 10
 SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
 
 
@@ -91,13 +94,13 @@ def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
 
     One that is never named leaves the question open how near the others get.
     """
-    full = [form.fit.fitted.cost for task in tasks for form in forms_of(task) if form.inside and form.fit.full]
-    most = HOPELESS * min(full, default=np.inf)
-
-    def near(task: Task) -> bool:
-        return any(form.fit.fitted.cost <= most for form in forms_of(task))
-
-    return [task for task in tasks if near(task)], [task for task in tasks if not near(task)]
+    costs = [min((form.fit.fitted.cost for form in forms_of(task)), default=np.inf) for task in tasks]
+    best = min((f.fit.fitted.cost for task in tasks for f in forms_of(task) if f.inside and f.fit.full), default=np.inf)
+    order = sorted(range(len(tasks)), key=lambda i: (costs[i], i))
+    foremost = list(dict.fromkeys(tasks[i].candidate.name for i in order))[:FOREMOST]
+    most = [HOPELESS if task.candidate.name in foremost else OUTRUN for task in tasks]
+    near = [cost <= times * best for cost, times in zip(costs, most, strict=True)]
+    return list(compress(tasks, near)), [task for task, is_so in zip(tasks, near, strict=True) if not is_so]
 
 
 def _cost(task: Task) -> float:
