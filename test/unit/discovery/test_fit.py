@@ -31,19 +31,6 @@ def test_a_descent_that_cannot_catch_up_is_given_up() -> None:
     assert short.cost > 0.5
 
 
-def test_a_pace_is_judged_after_two_iterations() -> None:
-    """Each takes the cost to e^-2 of it, so four end at e^-8: a rival far below that is not to be caught up with."""
-
-    def falling(x: Array) -> Array:
-        return 10.0 * np.exp(-x)
-
-    steps = np.array([1e-6])
-    found = least_squares(falling, np.array([0.0]), *np.array([[-9.0], [9.0]]), steps, 4, rival=1e-3)
-    assert found.cost == pytest.approx(100.0 * np.exp(-4.0), rel=0.01)
-    near = least_squares(falling, np.array([0.0]), *np.array([[-9.0], [9.0]]), steps, 4, rival=0.1)
-    assert near.cost == pytest.approx(100.0 * np.exp(-8.0), rel=0.01)
-
-
 def test_a_rival_that_is_worse_changes_nothing() -> None:
     whole, beside = descend(), descend(rival=1e3)
     assert np.array_equal(whole.x, beside.x)

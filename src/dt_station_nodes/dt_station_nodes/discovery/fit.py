@@ -12,7 +12,7 @@ Residual = Callable[[Array], Array]
 # Of the largest part that a parameter has in the residual.
 _NOTHING = 1e-12
 # Iterations that a descent has before its pace is judged.
-_WARM_UP = 2
+_WARM_UP = 3
 # A cost below this part of what it was where slopes were taken is of another place.
 _MOVED = 0.5
 
