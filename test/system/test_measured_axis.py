@@ -9,7 +9,7 @@ from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
 from dt_station_nodes.discovery.problem import make_problem
 from support.measured import model, names, table
 
-pytestmark = [pytest.mark.measured, pytest.mark.timeout(1800)]
+pytestmark = [pytest.mark.measured, pytest.mark.timeout(900)]
 
 FORCE_N_PER_V = 35.15065
 COULOMB_N = 20.39

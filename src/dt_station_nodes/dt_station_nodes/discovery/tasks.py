@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import compress
 
 import numpy as np
 
@@ -77,7 +76,7 @@ def _known(bench: Bench, done: Sequence[Task]) -> list[Explanation]:
 
 def against(tasks: Sequence[Task], times: float = SETTLED) -> list[Task]:
     """Tasks to be held against the best of them, `times` its cost."""
-    best = min((form.fit.fitted.cost for task in tasks for form in forms_of(task)), default=np.inf)
+    best = min(map(_least, tasks), default=np.inf)
     return [replace(task, rival=min(times * best, task.rival)) for task in tasks]
 
 
@@ -94,13 +93,19 @@ def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
 
     One that is never named leaves the question open how near the others get.
     """
-    costs = [min((form.fit.fitted.cost for form in forms_of(task)), default=np.inf) for task in tasks]
-    best = min((f.fit.fitted.cost for task in tasks for f in forms_of(task) if f.inside and f.fit.full), default=np.inf)
-    order = sorted(range(len(tasks)), key=lambda i: (costs[i], i))
-    foremost = list(dict.fromkeys(tasks[i].candidate.name for i in order))[:FOREMOST]
-    most = [HOPELESS if task.candidate.name in foremost else OUTRUN for task in tasks]
-    near = [cost <= times * best for cost, times in zip(costs, most, strict=True)]
-    return list(compress(tasks, near)), [task for task, is_so in zip(tasks, near, strict=True) if not is_so]
+    full = [form.fit.fitted.cost for task in tasks for form in forms_of(task) if form.inside and form.fit.full]
+    best = min(full, default=np.inf)
+    foremost = list(dict.fromkeys(task.candidate.name for task in sorted(tasks, key=_least)))[:FOREMOST]
+
+    def near(task: Task) -> bool:
+        return _least(task) <= best * (HOPELESS if task.candidate.name in foremost else OUTRUN)
+
+    return [task for task in tasks if near(task)], [task for task in tasks if not near(task)]
+
+
+def _least(task: Task) -> float:
+    """The cost of its best form."""
+    return min((form.fit.fitted.cost for form in forms_of(task)), default=np.inf)
 
 
 def _cost(task: Task) -> float:

@@ -60,7 +60,7 @@ def make_windows(
 @njit(cache=True)
 def _level(values: Array, edges: NDArray[np.int64]) -> Array:
     """Values (n,) less each window's mean, between `edges` (windows + 1,)."""
-    level = np.empty_like(values)
+    level = np.empty(values.size)
     for k in range(edges.size - 1):
         first, end = edges[k], edges[k + 1]
         total = 0.0

@@ -34,12 +34,10 @@ class LaidOut:
 
 def _filled(linear: LinearPath, away: LinearPath) -> LaidOut:
     n, m = linear.b.size, away.b.size
-    at = _places(n, m)
-    numbers = np.empty(at[-1])
-    parts = (linear.a.ravel(), linear.b, linear.e, linear.c, linear.velocity)
-    away_parts = (away.a.ravel(), away.b, away.c, away.velocity)
-    _fill(numbers, parts, away_parts)
-    _gains(numbers, *parts[1:])
+    vectors = (linear.b, linear.e, linear.c, linear.velocity)
+    beside = (away.a.ravel(), away.b, away.c, away.velocity)
+    numbers = np.concatenate([np.zeros(path_map.HEADER), linear.a.ravel(), *vectors, *beside])
+    _gains(numbers, *vectors)
     numbers[path_map.DIRECT], numbers[path_map.DIRECT_VELOCITY] = linear.d, linear.velocity_direct
     numbers[path_map.AWAY_DIRECT], numbers[path_map.AWAY_DIRECT_VELOCITY] = away.d, away.velocity_direct
     numbers[path_map.GAIN_VELOCITY] += linear.velocity_direct
@@ -49,26 +47,13 @@ def _filled(linear: LinearPath, away: LinearPath) -> LaidOut:
     numbers[path_map.STATIC] = linear.static_gain
     numbers[path_map.SETTLING] = linear.settling_rate
     numbers[path_map.SPEED] = linear.speed_gain
-    return LaidOut(linear, m, numbers, at)
+    return LaidOut(linear, m, numbers, _places(n, m))
 
 
 @lru_cache(maxsize=64)
 def _places(n: int, m: int) -> tuple[int, ...]:
     """Where each part of a path of n states begins, with a disturbance path of m; last where they end."""
     return tuple(np.cumsum([path_map.HEADER, n * n, n, n, n, n, m * m, m, m, m]).tolist())
-
-
-@njit(cache=True)
-def _fill(numbers: Array, own: tuple[Array, ...], away: tuple[Array, ...]) -> None:
-    """A path's parts and its disturbance path's, in this order, behind an empty header."""
-    numbers[: path_map.HEADER] = 0.0
-    at = path_map.HEADER
-    for part in own:
-        numbers[at : at + part.size] = part
-        at += part.size
-    for part in away:
-        numbers[at : at + part.size] = part
-        at += part.size
 
 
 @njit(cache=True)

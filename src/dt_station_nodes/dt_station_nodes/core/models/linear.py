@@ -76,11 +76,10 @@ def discretise(
 
     Without an `outlet` nothing can be injected, which saves looking for poles.
     """
-    unit = _normal(transfer.numerator, transfer.denominator, outlet)
-    stretch = transfer.time_scale
-    rate = unit.rate / stretch
+    normal = _normal(transfer.numerator, transfer.denominator, outlet)
+    unit, rate = normal.path, normal.rate / transfer.time_scale
     a, b, flow = _moved(transfer.numerator, transfer.denominator, outlet, rate * step_s)
-    factor = transfer.gain * scale * stretch**unit.integrators
+    factor = transfer.gain * scale * transfer.time_scale**normal.integrators
     return LinearPath(
         a,
         b,
@@ -94,6 +93,7 @@ def discretise(
         unit.static_gain * factor,
         unit.settling_rate * rate,
         unit.standing_gain * factor,
+        # Steady motion does not feel a time scale.
         unit.speed_gain * transfer.gain * scale,
     )
 
@@ -111,27 +111,15 @@ def _monic(given: tuple[float, ...], below: tuple[float, ...], time_scale: float
     return numerator / denominator[0], denominator / denominator[0]
 
 
-@dataclass(frozen=True, slots=True)
-class _Normal:
+class _Normal(NamedTuple):
     """A path of unit gain in its own time unit, 1 / `rate` (geometric mean of its non-zero poles) at a time scale of 1.
 
-    `companion` (n + 2, n + 2): its states, then the voltage and the injected flow that move them; the others as in
-    `LinearPath`, velocity and rates per time unit. In that unit a path of any time scale has the same numbers.
+    In that unit a `path` of any time scale has the same numbers, not discretised: x' = a x + b u + e w.
     """
 
-    companion: Array
+    path: LinearPath
     rate: float
     integrators: int
-    c: Array
-    d: float
-    velocity: Array
-    velocity_direct: float
-    outlet_rate: float
-    inlet_rate: float
-    static_gain: float
-    settling_rate: float
-    standing_gain: float
-    speed_gain: float
 
 
 @lru_cache(maxsize=512)
@@ -145,24 +133,23 @@ def _normal(given: tuple[float, ...], below: tuple[float, ...], outlet: Outlet |
     powers = rate ** -np.arange(n + 1.0)
     den = denominator * powers
     num = numerator * powers
-    companion = np.zeros((n + 2, n + 2))
     c = num[1:] - den[1:] * num[0]
+    a = np.zeros((n, n))
+    b = np.zeros(n)
     if n == 0:
-        return _Normal(companion, rate, 0, c, d, c, 0.0, 0.0, 0.0, d, 0.0, 0.0, 0.0)
-    a = companion[:n, :n]
+        return _Normal(LinearPath(a, b, c, d, b, b, 0.0, 0.0, 0.0, d, 0.0, 0.0, 0.0), rate, 0)
     a[0] = -den[1:]
     a[1:, :-1] = np.eye(n - 1)
-    companion[0, n] = 1.0
+    b[0] = 1.0
     e, outlet_rate, inlet_rate = (np.zeros(n), 0.0, 0.0) if outlet is None else _injection(den, c, outlet)
-    companion[:n, n + 1] = e
-    return _Normal(
-        companion,
-        rate,
-        n - slow,
-        c,
-        d,
+    path = LinearPath(
+        a=a,
+        b=b,
+        c=c,
+        d=d,
+        e=e,
         velocity=c @ a,
-        velocity_direct=float(c[0]),
+        velocity_direct=float(c @ b),
         outlet_rate=outlet_rate,
         inlet_rate=inlet_rate,
         static_gain=float(num[-1] / den[-1]) if den[-1] != 0.0 else 0.0,
@@ -170,6 +157,7 @@ def _normal(given: tuple[float, ...], below: tuple[float, ...], outlet: Outlet |
         standing_gain=float(c[-1]) + d * float(den[-1]),
         speed_gain=float(numerator[-1] / denominator[-2]) if den[-1] == 0.0 and den[-2] != 0.0 else 0.0,
     )
+    return _Normal(path, rate, n - slow)
 
 
 @lru_cache(maxsize=512)
@@ -177,8 +165,11 @@ def _moved(
     given: tuple[float, ...], below: tuple[float, ...], outlet: Outlet | None, units: float
 ) -> tuple[Array, Array, Array]:
     """How states, voltage and flow move the states (n, n), (n,), (n,) in so many time units of the path."""
-    phi = exponential(_normal(given, below, outlet).companion * units)
-    n = phi.shape[0] - 2
+    path = _normal(given, below, outlet).path
+    n = path.b.size
+    augmented = np.zeros((n + 2, n + 2))
+    augmented[:n, :n], augmented[:n, n], augmented[:n, n + 1] = path.a, path.b, path.e
+    phi = exponential(augmented * units)
     return np.ascontiguousarray(phi[:n, :n]), np.ascontiguousarray(phi[:n, n]), np.ascontiguousarray(phi[:n, n + 1])
 
 
