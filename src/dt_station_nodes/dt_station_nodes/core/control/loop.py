@@ -1,8 +1,7 @@
 """A control loop: one law at a time, limits, anti-windup and bumpless change between laws."""
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..samples import ControlMode
 from .config import LoopConfig, check_sample_time
@@ -18,8 +17,7 @@ from .signals import ControlInput, ControlOutput
 NEGLIGIBLE_V = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
-class LoopState:
+class LoopState(NamedTuple):
     """The law's memory, the voltage of the last sample and the offset left of a bumpless change (V)."""
 
     memory: Any
@@ -30,7 +28,7 @@ class LoopState:
 class LoopController:
     """A `LoopConfig` at one sample time; with all extras off its output is the law's, bit for bit."""
 
-    __slots__ = ("_decay", "_law", "_lower", "_rate", "_upper", "config", "sample_time_s")
+    __slots__ = ("_decay", "_law", "_lower", "_mode", "_rate", "_upper", "config", "sample_time_s")
 
     def __init__(self, config: LoopConfig, sample_time_s: float) -> None:
         check_sample_time(sample_time_s)
@@ -40,6 +38,7 @@ class LoopController:
         self._lower = -math.inf if limits.lower_v is None else limits.lower_v
         self._upper = math.inf if limits.upper_v is None else limits.upper_v
         self._rate = math.inf if limits.rate_v_per_s is None else limits.rate_v_per_s * sample_time_s
+        self._mode = config.mode
         self._decay = math.exp(-sample_time_s / config.transfer_time_s)
         if config.fuzzy is not None:
             # Now, so that a live switch to fuzzy finds its surface ready.
@@ -54,7 +53,7 @@ class LoopController:
         """One sample: the voltage to apply. A value that is no number holds the last voltage."""
         memory, wanted = self._law.step(state.memory, given)
         if not math.isfinite(wanted):
-            return state, ControlOutput(state.voltage_v, True, self.config.mode)
+            return state, ControlOutput(state.voltage_v, True, self._mode)
         offset = state.offset_v
         if offset != 0.0:
             wanted += offset
@@ -74,7 +73,7 @@ class LoopController:
         limited = applied != wanted
         if limited:
             memory = self._law.cut(memory, applied - wanted)
-        return LoopState(memory, applied, offset), ControlOutput(applied, limited, self.config.mode)
+        return LoopState(memory, applied, offset), ControlOutput(applied, limited, self._mode)
 
     def reconfigured(
         self, config: LoopConfig, state: LoopState, last: ControlInput

@@ -1,13 +1,12 @@
 """PI in difference form, the paper's equation (2), with set-point weight and anti-windup."""
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from .config import AntiWindup, PiConfig
 from .signals import ControlInput
 
 
-@dataclass(frozen=True, slots=True)
-class PiMemory:
+class PiMemory(NamedTuple):
     """x_(n-1) plain and with the set-point weighted (error units), and y_(n-1) (V)."""
 
     error: float = 0.0
@@ -50,8 +49,8 @@ class PiLaw:
         """Draw y_(n-1) back by a share of the excess, or take away the integral's coming increment."""
         if self._clamps:
             coming = self._increment * memory.error
-            return replace(memory, voltage_v=memory.voltage_v - coming) if coming * excess_v < 0.0 else memory
-        return replace(memory, voltage_v=memory.voltage_v + self._pull * excess_v)
+            return memory._replace(voltage_v=memory.voltage_v - coming) if coming * excess_v < 0.0 else memory
+        return memory._replace(voltage_v=memory.voltage_v + self._pull * excess_v)
 
     def take_over(self, voltage_v: float, last: ControlInput, kept: object) -> tuple[PiMemory, float]:
         """The running voltage becomes y_(n-1): the integral holds it, nothing is left over."""

@@ -1,6 +1,6 @@
 """PID in the paper's form (7), with derivative filter, set-point weights and anti-windup."""
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from .config import AntiWindup, PidConfig
 from .signals import ControlInput
@@ -9,8 +9,7 @@ from .signals import ControlInput
 SLOW = 10.0
 
 
-@dataclass(frozen=True, slots=True)
-class PidMemory:
+class PidMemory(NamedTuple):
     """Integral part for the next sample (V), its last increment (V), derivative part (V) and its last input."""
 
     integral_v: float = 0.0
@@ -56,8 +55,8 @@ class PidLaw:
         if self._clamps:
             if memory.increment_v * excess_v >= 0.0:
                 return memory
-            return replace(memory, integral_v=memory.integral_v - memory.increment_v, increment_v=0.0)
-        return replace(memory, integral_v=memory.integral_v + self._pull * excess_v)
+            return memory._replace(integral_v=memory.integral_v - memory.increment_v, increment_v=0.0)
+        return memory._replace(integral_v=memory.integral_v + self._pull * excess_v)
 
     def take_over(self, voltage_v: float, last: ControlInput, kept: object) -> tuple[PidMemory, float]:
         """A working integral takes on what the other parts lack of the voltage; else the rest is left over."""
