@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .fit import Fitted, least_squares
+from .fit import Fitted, Residual, least_squares
 from .problem import Problem
 from .terms import Hypothesis
 
@@ -82,6 +82,34 @@ def _cost(gap: Array) -> float:
     return cost if np.isfinite(cost) else float(np.sum(np.nan_to_num(gap, nan=1e9) ** 2))
 
 
+def _residuals(problem: Problem, hypothesis: Hypothesis, mask: Array | None = None) -> Residual:
+    sigma = problem.sigma
+
+    def residuals(x: Array) -> Array:
+        gap = problem.residual(hypothesis.path_at(x)) / sigma
+        if mask is not None:
+            gap = gap * mask
+        return np.concatenate([gap, prior_gaps(hypothesis, x)])
+
+    return residuals
+
+
+def _known_costs(
+    residuals: Residual, hypothesis: Hypothesis, starts: Sequence[Array], known: Costs, of: bytes = b""
+) -> list[float]:
+    bounds = hypothesis.bounds
+    keys = [of + x.tobytes() for x in starts]
+    for key, x in zip(keys, starts, strict=True):
+        if key not in known:
+            known[key] = _cost(residuals(np.clip(x, bounds[:, 0], bounds[:, 1])))
+    return [known[key] for key in keys]
+
+
+def costs_of_part(part: Problem, hypothesis: Hypothesis, starts: Sequence[Array], known: Costs) -> list[float]:
+    """What starts cost on a part of a run alone; `known` is added to, beside what they cost on the whole."""
+    return _known_costs(_residuals(part, hypothesis), hypothesis, starts, known, b"part")
+
+
 def fit_hypothesis(
     problem: Problem,
     hypothesis: Hypothesis,
@@ -100,24 +128,12 @@ def fit_hypothesis(
     the cost of a `rival`, is given up. `known`: costs of starts of this hypothesis, which are added to. `lasting`: how
     many of its first numbers have slopes that are worth keeping for a while.
     """
-    home = hypothesis.start()
     bounds = hypothesis.bounds
-    sigma = problem.sigma
-
-    def residuals(x: Array) -> Array:
-        gap = problem.residual(hypothesis.path_at(x)) / sigma
-        if mask is not None:
-            gap = gap * mask
-        return np.concatenate([gap, prior_gaps(hypothesis, x)])
-
-    candidates = [home, *starts] if not starts else list(starts)
+    residuals = _residuals(problem, hypothesis, mask)
+    candidates = list(starts) or [hypothesis.start()]
     steps = hypothesis.steps
     if len(candidates) > keep:
-        known = {} if known is None else known
-        for x in candidates:
-            if x.tobytes() not in known:
-                known[x.tobytes()] = _cost(residuals(np.clip(x, bounds[:, 0], bounds[:, 1])))
-        costs = [known[x.tobytes()] for x in candidates]
+        costs = _known_costs(residuals, hypothesis, candidates, {} if known is None else known)
         order = sorted(range(len(candidates)), key=lambda i: (costs[i], i))
         # Starts of one cost do the same, most often nothing: one of them is enough.
         apart = [i for n, i in enumerate(order) if n == 0 or costs[i] - costs[order[n - 1]] > 1e-9 * costs[i]]
@@ -132,7 +148,7 @@ def fit_hypothesis(
     path = hypothesis.path_at(best.x)
     residual = problem.residual(path)
     penalty = float(np.sum(prior_gaps(hypothesis, best.x) ** 2))
-    return Fit(hypothesis, path, best, residual, float(residual @ residual) / sigma**2, penalty)
+    return Fit(hypothesis, path, best, residual, float(residual @ residual) / problem.sigma**2, penalty)
 
 
 def fit_groups(

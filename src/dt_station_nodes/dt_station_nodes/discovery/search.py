@@ -19,7 +19,7 @@ from .parsimony import as_near, at_usual, without
 from .refinements import ANSWER, GRIP, Refinements, refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
-from .start_groups import by_form, unbent, unlike
+from .start_groups import by_form, promising, unbent, unlike
 from .stick_slip import climbed, sticks
 from .strangers import SAME
 from .tasks import SETTLED, Task, against, best_of, each, forms_of, to_settle, within_reach
@@ -38,14 +38,14 @@ _MANY = 4  # starts to follow of a contact that grips
 
 def _glance(bench: Bench, task: Task) -> Task:
     """A few steps of the plain form: enough to see which candidates deserve the whole."""
-    starts, near, like = _starts(bench, task)
+    known: Costs = {}
+    starts, near, like = _starts(bench, task, known)
     forms = [] if bench.rough else by_form(like, starts, tuned=False)
     # Far outside, the least of starts may be the one that leads nowhere.
     far = task.base.fit.rss > _FAR_OUTSIDE * len(task.base.fit.residual)
     groups = [Group(apart, 2 if far else 1) for apart in forms or [starts]]
     # From where the given parameters are, the way to below a base that they were bent for is longer.
     steps = _GLANCES[task.base.fit.penalty > FAR_OFF]
-    known: Costs = {}
     # Beside a further effect the numbers that the base has do about what they did without it.
     lasting = sum(term.effect < len(like.path.effects) - 1 for term in like.terms) if task.base.added else 0
     groups, anew = _spared(task, groups, [Group(near, 1)])
@@ -59,7 +59,7 @@ def _glance(bench: Bench, task: Task) -> Task:
     return replace(task, seen=seen, known=known)
 
 
-def _starts(bench: Bench, task: Task) -> tuple[list[Array], list[Array], Hypothesis]:
+def _starts(bench: Bench, task: Task, known: Costs) -> tuple[list[Array], list[Array], Hypothesis]:
     """Starts from the base's nominal parameters, and from the given ones where it may have bent them to hide it."""
     base = task.base
     freed = {**task.freed, task.candidate.name: task.candidate.required}
@@ -68,7 +68,8 @@ def _starts(bench: Bench, task: Task) -> tuple[list[Array], list[Array], Hypothe
     paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual, fine)
     hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
     starts = [h.start() for h in hypotheses]
-    return starts, unbent(bench.nominal, starts), hypotheses[0]
+    few, near = (promising(bench.problem, hypotheses[0], s, known) for s in (starts, unbent(bench.nominal, starts)))
+    return few, near, hypotheses[0]
 
 
 def _spared(task: Task, groups: list[Group], anew: list[Group]) -> tuple[list[Group], list[Group]]:
@@ -82,7 +83,7 @@ def _spared(task: Task, groups: list[Group], anew: list[Group]) -> tuple[list[Gr
 def _plain(bench: Bench, task: Task) -> Task:
     """The plain form from several starts."""
     problem, base, candidate = bench.problem, task.base, task.candidate
-    starts, near, like = _starts(bench, task)
+    starts, near, like = _starts(bench, task, task.known)
     groups = [Group(starts if task.seen is None else [task.seen.fit.fitted.x], 2)]
     groups += [Group(apart, 1) for apart in by_form(like, starts)]
     anew = [Group(near, 2), Group(starts, 1, passed=1)]

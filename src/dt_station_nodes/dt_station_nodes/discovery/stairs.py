@@ -66,14 +66,14 @@ class _Well:
 def followed(problem: Problem, fit: Fit, at: Stairs) -> Fit:
     """The best fit on any stairs about it, of which the run's beginning tells most apart, then more and more of it."""
     level = float(fit.fitted.x[at.level])
-    first = _beginning(problem, _FIRST)
+    first = beginning(problem, _FIRST)
     wells = [
         well for base in _bases(fit, at) for well in _wells(first, fit, base, at, base[at.level] * _LEVELS, _SLIPS)
     ]
     wells = sorted(wells, key=lambda one: one.misfit)[:_KEPT]
     fits: list[Fit] = []
     for stage in _STAGES:
-        part = _beginning(problem, stage.share)
+        part = beginning(problem, stage.share)
         reach = stage.reach * level * (_LEVELS[1] - _LEVELS[0]), stage.reach * (_SLIPS[1] - _SLIPS[0])
         about = [
             found
@@ -108,7 +108,7 @@ def _bases(fit: Fit, at: Stairs) -> Iterator[Array]:
         yield start
 
 
-def _beginning(problem: Problem, share: float) -> Problem:
+def beginning(problem: Problem, share: float) -> Problem:
     """The problem of the first share of a run."""
     if share >= 1.0:
         return problem

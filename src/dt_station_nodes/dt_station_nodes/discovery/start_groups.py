@@ -8,11 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models.effects import registry
-from .hypothesis_fit import Fit
+from .hypothesis_fit import Costs, Fit, costs_of_part
+from .problem import Problem
+from .stairs import beginning
 from .terms import Hypothesis, Term
 
 Array = NDArray[np.float64]
 T = TypeVar("T")
+
+_MANY, _KEPT = 200, 30  # starts of which a run's beginning tells most apart, and of each form those it leaves
+_BEGINNING = 0.25  # of the run
 
 _EITHER = (0.0, 1.0)  # starts of a choice between two forms
 NEAR = 0.5  # of their priors' widths: nominal parameters bent no further are where they were given
@@ -25,6 +30,19 @@ def unbent(nominal: Sequence[Term], starts: list[Array]) -> list[Array]:
     if np.all(np.abs(starts[0][: len(centres)] - centres) <= NEAR * widths):
         return []
     return [np.concatenate([centres, x[len(centres) :]]) for x in starts]
+
+
+def promising(problem: Problem, like: Hypothesis, starts: list[Array], known: Costs) -> list[Array]:
+    """Of many starts, those of each form that fit the run's beginning best, in their order; `known` is added to."""
+    if len(starts) < _MANY:
+        return starts
+    part = beginning(problem, _BEGINNING)
+    kept: set[int] = set()
+    for form in by_form(like, starts, tuned=False) or [starts]:
+        costs = costs_of_part(part, like, form, known)
+        best = sorted(range(len(form)), key=lambda i: (costs[i], i))[:_KEPT]
+        kept |= {id(form[i]) for i in best}
+    return [x for x in starts if id(x) in kept]
 
 
 def by_form(like: Hypothesis, starts: list[Array], tuned: bool = True) -> list[list[Array]]:
