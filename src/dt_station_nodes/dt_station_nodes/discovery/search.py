@@ -22,7 +22,7 @@ from .sequence import in_sequence
 from .start_groups import by_form, promising, unbent, unlike
 from .stick_slip import climbed, sticks
 from .strangers import SAME
-from .tasks import SETTLED, Task, against, best_of, each, forms_of, to_settle, within_reach
+from .tasks import SETTLED, Task, against, best_of, each, forlorn, forms_of, to_settle, told_apart, within_reach
 from .terms import Hypothesis
 from .timing import coming_in_run, with_numbers
 
@@ -122,8 +122,9 @@ def _refined(bench: Bench, task: Task) -> Task:
     # Where noise is all that is left, a mode is found without; else the base is bent and its minima are shallow.
     modes = mode_starts(bench.problem, task.base.fit.path, task.candidate) if bench.rough else []
     paths = [*(e.fit.path for e in ones), *refined_starts(path, forms), *modes]
-    whole = _form(bench, task, forms.names, paths, bench.iterations, 3)
-    return replace(task, finer=(*task.finer, *(bench.judged(e) for e in (*ones, whole))))
+    if bench.rough or not forlorn(task, ones):
+        ones.append(_form(bench, task, forms.names, paths, bench.iterations, 3))
+    return replace(task, finer=(*task.finer, *(bench.judged(e) for e in ones)))
 
 
 def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _Steps:
@@ -216,7 +217,7 @@ def scan(
     # Rough data have shallow minima: all that is fitted there is fitted refined, which a form apart would only disturb.
     pool = library(bench.problem.channel, not bench.rough, bench.problem.loaded)
     tasks = [Task(base, c, rival=SETTLED * reached) for base in bases for c in pool if _tried(base, c)]
-    chosen, _ = best_of(each(bench, _glance, tasks, told=False), most)
+    chosen = told_apart(best_of(each(bench, _glance, tasks, told=False), most)[0])
     # A single effect may need all its way to be told from another; of larger sets far more are tried than can be one.
     chosen = [task if not task.base.added else held for task, held in zip(chosen, against(chosen, SEEN), strict=True)]
     plain = against(each(bench, _plain, chosen))

@@ -13,6 +13,8 @@ from .selection import Bench, Explanation
 HOPELESS = 50.0  # times the cost of the best where that is all there is: no refinement makes up for so much
 OUTRUN = 8.0  # the same for what is behind so many names
 FOREMOST = 10
+_SAME_GLANCE = 1e-3  # of the cost: so near, the same is found again
+_FORLORN = 4.0  # times the cost of a rival
 SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
 
 
@@ -101,6 +103,22 @@ def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
         return _least(task) <= best * (HOPELESS if task.candidate.name in foremost else OUTRUN)
 
     return [task for task in tasks if near(task)], [task for task in tasks if not near(task)]
+
+
+def told_apart(tasks: Sequence[Task]) -> list[Task]:
+    """Tasks of single effects but for those whose glance is that of one before, which keeps more of the model's own."""
+    first: dict[Candidate, Task] = {}
+    kept = []
+    for task in tasks:
+        one = task if task.base.added else first.setdefault(task.candidate, task)
+        if one is task or abs(_cost(one) - _cost(task)) > _SAME_GLANCE * _cost(one):
+            kept.append(task)
+    return kept
+
+
+def forlorn(task: Task, refined: Sequence[Explanation]) -> bool:
+    """Whether each single refinement leaves so much that all of them together leave more than what it is held against."""
+    return min((form.fit.fitted.cost for form in refined), default=0.0) > _FORLORN * task.rival
 
 
 def _least(task: Task) -> float:
