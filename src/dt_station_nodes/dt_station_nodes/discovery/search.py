@@ -31,7 +31,7 @@ _Names = tuple[str, ...]
 _Steps = tuple[list[Explanation], dict[str, Explanation]]
 
 SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
-_GLANCES = (3, 8)
+_GLANCES = 3, 8
 _FAR_OUTSIDE = 1e4  # times noise's power
 _MANY = 4  # starts to follow of a contact that grips
 

@@ -117,7 +117,7 @@ def told_apart(tasks: Sequence[Task]) -> list[Task]:
 
 
 def forlorn(task: Task, refined: Sequence[Explanation]) -> bool:
-    """Whether each single refinement leaves so much that all of them together leave more than what it is held against."""
+    """Whether each refinement leaves so much that all of them together leave more than what it is held against."""
     return min((form.fit.fitted.cost for form in refined), default=0.0) > _FORLORN * task.rival
 
 
