@@ -15,6 +15,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, search
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, all_starts, grid, hypothesis, library
 from dt_station_nodes.discovery.further_forms import GRIPPING_BRISTLES, HEAVY
+from dt_station_nodes.discovery.glance import glance
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.measure import take_measure
 from dt_station_nodes.discovery.parsimony import simplified
@@ -418,7 +419,7 @@ def test_a_glance_sees_what_comes_in_the_run(effect: str, numbers: dict[str, flo
     problem = run_with("dead_zone", {"half_width_v": 0.16}, voltage, rig=late)
     bench = Bench(problem, nominal_terms(PAPER.paths[Channel.POSITION], problem.signal))
     null = fit_null(bench, PAPER.paths[Channel.POSITION])
-    seen = search._glance(bench, Task(null, Candidate(effect))).seen
+    seen = glance(bench, Task(null, Candidate(effect))).seen
     assert seen is not None
     assert seen.fit.path.effect(effect).parameters["jump_s"] == pytest.approx(11.0, abs=0.2)
     assert seen.fit.fitted.cost < 0.1 * null.fit.fitted.cost
@@ -446,7 +447,7 @@ def test_far_outside_the_start_that_leaves_least_is_not_the_only_one_looked_at()
     alone = [fit_hypothesis(held, like, [x], 0) for x in starts]
     nearest = min(range(len(starts)), key=lambda i: alone[i].fitted.cost)
     assert fit_hypothesis(held, like, [starts[nearest]], 3).rss > 100.0 * len(held.measured)
-    seen = search._glance(bench, task).seen
+    seen = glance(bench, task).seen
     assert seen is not None
     assert seen.fit.rss < 2.0 * len(held.measured)
 

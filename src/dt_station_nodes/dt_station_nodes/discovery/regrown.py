@@ -1,8 +1,6 @@
 """Sets begun anew from their plain forms: the best one, and those next behind it."""
 
 from collections.abc import Iterable
-from dataclasses import replace
-from functools import partial
 
 from ..core.models.effects import registry
 from .candidates import Candidate
@@ -25,8 +23,7 @@ def regrown(bench: Bench, null: Explanation, known: Iterable[Explanation], measu
     """
     listed = list(known)
     anew = [] if bench.rough or bench.check is None else _doubtful(null, listed, measure)
-    grown = bench.workers.results(partial(_grown, replace(measure, bench=bench.alone)), anew)
-    return exchanged(listed, anew, [min(pair, key=measure.score) for pair in zip(anew, grown, strict=True)])
+    return exchanged(listed, anew, [min(e, _grown(measure, e), key=measure.score) for e in anew])
 
 
 def _doubtful(null: Explanation, known: list[Explanation], measure: Measure) -> list[Explanation]:

@@ -1,7 +1,7 @@
 """Forms that a run does not tell but both runs together do, of the sets that fit it as well as the best one."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -24,6 +24,15 @@ _STEPS = 3  # refinements that one may get
 _FOLLOWED = 8  # of those of a step, followed to where both runs agree
 
 
+@dataclass(frozen=True, slots=True)
+class _Begun:
+    """A step of refinement from the best of its starts, which costs so much on both runs."""
+
+    cost: float
+    freed: Freed
+    path: PathSpec
+
+
 def retold(bench: Bench, null: Explanation, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
     """What is known; sets that the run does not tell from the best one but the other does, and it, as both tell them.
 
@@ -37,7 +46,7 @@ def retold(bench: Bench, null: Explanation, known: Iterable[Explanation], measur
     likely = (e for e in ranked if measure.left(e) < _MISSED * measure.left(null))
     near = [e for e in likely if _alike(bench, best, e, measure)][:_MOST]
     near = [best, *near] if near else []
-    return exchanged(listed, near, bench.workers.results(partial(told, replace(measure, bench=bench.alone)), near))
+    return exchanged(listed, near, [told(measure, e) for e in near])
 
 
 def _alike(bench: Bench, best: Explanation, other: Explanation, measure: Measure) -> bool:
@@ -63,18 +72,24 @@ def told(measure: Measure, explanation: Explanation) -> Explanation:
 
 def _refined(bench: Bench, explanation: Explanation) -> list[Explanation]:
     """An explanation with one step of refinement more, the likeliest few as both runs together tell them."""
+    begun = bench.workers.results(partial(_begun, bench.alone), list(_steps(bench, explanation)))
+    likeliest = sorted(begun, key=lambda one: one.cost)[:_FOLLOWED]
+    return list(bench.workers.results(partial(_followed, bench.alone, explanation.added), likeliest))
+
+
+def _begun(bench: Bench, step: tuple[Freed, list[PathSpec]]) -> _Begun:
     assert bench.check is not None
-    begun = []
-    for freed, paths in _steps(bench, explanation):
-        costs = [cost_of_both(bench.problem, bench.check, path) for path in paths]
-        begun.append((min(costs), freed, paths[int(np.argmin(costs))]))
-    found = []
-    for _, freed, path in sorted(begun, key=lambda one: one[0])[:_FOLLOWED]:
-        like = hypothesis(bench.problem, path, bench.nominal, freed)
-        begin = fit_hypothesis(bench.problem, like, [like.start()], 0, 1)
-        there = agreed(bench.problem, bench.check, begin)
-        found.append(bench.explained(there, explanation.added, freed, glance=True))
-    return found
+    freed, paths = step
+    costs = [cost_of_both(bench.problem, bench.check, path) for path in paths]
+    return _Begun(min(costs), freed, paths[int(np.argmin(costs))])
+
+
+def _followed(bench: Bench, added: tuple[str, ...], begun: _Begun) -> Explanation:
+    assert bench.check is not None
+    like = hypothesis(bench.problem, begun.path, bench.nominal, begun.freed)
+    begin = fit_hypothesis(bench.problem, like, [like.start()], 0, 1)
+    there = agreed(bench.problem, bench.check, begin)
+    return bench.explained(there, added, begun.freed, glance=True)
 
 
 def _steps(bench: Bench, explanation: Explanation) -> Iterator[tuple[Freed, list[PathSpec]]]:

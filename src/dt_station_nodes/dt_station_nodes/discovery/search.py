@@ -9,89 +9,53 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from .beginnings import BEGINS
-from .candidates import Candidate, all_starts, hypothesis, library, pair_starts, plain_starts
+from .candidates import Candidate, all_starts, hypothesis, library, pair_starts
 from .distinct import distinct
 from .further_forms import BELL
-from .hypothesis_fit import Costs, Group, fit_groups, fit_hypothesis
-from .measure import FAR_OFF
+from .glance import glance, spared, starts_of
+from .hypothesis_fit import Group, fit_groups, fit_hypothesis
 from .mode_starts import mode_starts
 from .parsimony import as_near, at_usual, without
 from .refinements import ANSWER, GRIP, Refinements, refined_starts, refinements, step_starts
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
-from .start_groups import by_form, promising, unbent, unlike
-from .stick_slip import climbed, sticks
+from .start_groups import by_form, unbent, unlike
+from .stick_slip import climbed, far_from_top
 from .strangers import SAME
-from .tasks import SETTLED, Task, against, best_of, each, forlorn, forms_of, to_settle, told_apart, within_reach
-from .terms import Hypothesis
-from .timing import coming_in_run, with_numbers
+from .tasks import (
+    SETTLED,
+    Task,
+    against,
+    best_of,
+    done_again,
+    each,
+    forlorn,
+    forms_of,
+    to_settle,
+    told_apart,
+    within_reach,
+)
 
 Array = NDArray[np.float64]
 _Names = tuple[str, ...]
 _Steps = tuple[list[Explanation], dict[str, Explanation]]
 
 SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
-_GLANCES = 3, 8
-_FAR_OUTSIDE = 1e4  # times noise's power
 _MANY = 4  # starts to follow of a contact that grips
 
 
-def _glance(bench: Bench, task: Task) -> Task:
-    """A few steps of the plain form: enough to see which candidates deserve the whole."""
-    known: Costs = {}
-    starts, near, like = _starts(bench, task, known)
-    forms = [] if bench.rough else by_form(like, starts, tuned=False)
-    # Far outside, the least of starts may be the one that leads nowhere.
-    far = task.base.fit.rss > _FAR_OUTSIDE * len(task.base.fit.residual)
-    groups = [Group(apart, 2 if far else 1) for apart in forms or [starts]]
-    # From where the given parameters are, the way to below a base that they were bent for is longer.
-    steps = _GLANCES[task.base.fit.penalty > FAR_OFF]
-    # Beside a further effect the numbers that the base has do about what they did without it.
-    lasting = sum(term.effect < len(like.path.effects) - 1 for term in like.terms) if task.base.added else 0
-    groups, anew = _spared(task, groups, [Group(near, 1)])
-    fit, *_ = fit_groups(bench.problem, like, groups, anew, steps, known=known, lasting=lasting)
-    coming = {} if bench.rough else coming_in_run(bench.problem, like.path, task.candidate.name, bench.nominal)
-    if coming:
-        # What comes in the course of the run does next to nothing as long as it is there from the start.
-        whole = replace(like, path=with_numbers(like.path, like.path.effect(task.candidate.name), coming))
-        fit = min(fit, fit_hypothesis(bench.problem, whole, [*starts, *near], steps, 1), key=lambda f: f.fitted.cost)
-    seen = bench.explained(fit, task.added, {**task.freed, task.candidate.name: ()}, glance=True)
-    return replace(task, seen=seen, known=known)
-
-
-def _starts(bench: Bench, task: Task, known: Costs) -> tuple[list[Array], list[Array], Hypothesis]:
-    """Starts from the base's nominal parameters, and from the given ones where it may have bent them to hide it."""
-    base = task.base
-    freed = {**task.freed, task.candidate.name: task.candidate.required}
-    # Beside other effects a spool's stairs begin from its few plain starts: a grid of them is dear.
-    fine = not (base.added and sticks(bench.problem, (task.candidate.name,)))
-    paths = plain_starts(bench.problem, base.fit.path, task.candidate, base.fit.residual, fine)
-    hypotheses = [hypothesis(bench.problem, path, bench.nominal, freed) for path in paths]
-    starts = [h.start() for h in hypotheses]
-    few, near = (promising(bench.problem, hypotheses[0], s, known) for s in (starts, unbent(bench.nominal, starts)))
-    return few, near, hypotheses[0]
-
-
-def _spared(task: Task, groups: list[Group], anew: list[Group]) -> tuple[list[Group], list[Group]]:
-    """Groups to follow anyhow, and those that a further effect is spared where it leaves nothing but noise.
-
-    A single one is named with its numbers: the best of all its starts counts, however little the others leave.
-    """
-    return (groups, anew) if task.base.added else ([*groups, *anew], [])
-
-
-def _plain(bench: Bench, task: Task) -> Task:
-    """The plain form from several starts."""
+def _plain(bench: Bench, task: Task, far: bool = False) -> Task:
+    """The plain form from several starts; `far`: on the best of all stairs that it may be on."""
     problem, base, candidate = bench.problem, task.base, task.candidate
-    starts, near, like = _starts(bench, task, task.known)
+    starts, near, like = starts_of(bench, task, task.known)
     groups = [Group(starts if task.seen is None else [task.seen.fit.fitted.x], 2)]
     groups += [Group(apart, 1) for apart in by_form(like, starts)]
     anew = [Group(near, 2), Group(starts, 1, passed=1)]
     if len(base.added) == 1:
         pairs = pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like)
         anew.append(Group(pairs, 2))
-    fit, *others = fit_groups(problem, like, *_spared(task, groups, anew), bench.iterations, task.rival, task.known)
-    fit = climbed(problem, task.added, fit, base.fit, far=True)
+    fit, *others = fit_groups(problem, like, *spared(task, groups, anew), bench.iterations, task.rival, task.known)
+    fit = climbed(problem, task.added, fit, base.fit, far)
     freed = {**task.freed, candidate.name: candidate.required}
     found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)
     near_by = as_near(bench, found, others)
@@ -103,6 +67,10 @@ def _plain(bench: Bench, task: Task) -> Task:
     apart = [] if bench.rough else [f for f in others if unlike(fit, f)]
     other = bench.explained(apart[0], task.added, freed, glance=True) if apart else None
     return replace(task, candidate=candidate, seen=bench.judged(found), other=other, finer=near_by)
+
+
+def _on_wrong_stairs(bench: Bench, task: Task) -> bool:
+    return task.seen is not None and far_from_top(bench.problem, task.added, task.seen.fit, task.base.fit)
 
 
 def _refined(bench: Bench, task: Task) -> Task:
@@ -217,10 +185,10 @@ def scan(
     # Rough data have shallow minima: all that is fitted there is fitted refined, which a form apart would only disturb.
     pool = library(bench.problem.channel, not bench.rough, bench.problem.loaded)
     tasks = [Task(base, c, rival=SETTLED * reached) for base in bases for c in pool if _tried(base, c)]
-    chosen = told_apart(best_of(each(bench, _glance, tasks, told=False), most)[0])
+    chosen = told_apart(best_of(each(bench, glance, tasks, told=False), most)[0])
     # A single effect may need all its way to be told from another; of larger sets far more are tried than can be one.
     chosen = [task if not task.base.added else held for task, held in zip(chosen, against(chosen, SEEN), strict=True)]
-    plain = against(each(bench, _plain, chosen))
+    plain = against(done_again(bench, partial(_plain, far=True), chosen, each(bench, _plain, chosen), _on_wrong_stairs))
     near, far = within_reach(plain)
     finer, others = best_of(near, finest) if finest < most else (near, [])
     fitted = each(bench, _settled, to_settle([*each(bench, _refined, finer), *others, *far], reached))

@@ -42,12 +42,22 @@ def sticks(problem: Problem, added: tuple[str, ...]) -> bool:
     return problem.channel is Channel.PRESSURE and _NAME in added
 
 
+def far_from_top(problem: Problem, added: tuple[str, ...], fit: Fit, base: Fit) -> bool:
+    """Whether a fit of a spool's stairs, added to a base, may be on wrong ones that explain much of the run."""
+    known = sticks(problem, added) and {"coulomb_v", "slip"} <= set(_places(fit, _NAME))
+    return known and _on_stairs(added, fit, base) and not fit.full
+
+
+def _on_stairs(added: tuple[str, ...], fit: Fit, base: Fit) -> bool:
+    return len(added) == 1 and fit.fitted.cost < _CLIMBED * base.fitted.cost
+
+
 def climbed(problem: Problem, added: tuple[str, ...], fit: Fit, base: Fit, far: bool = False) -> Fit:
     """The fit of one effect added to a base, on the best of the stairs about it where it is in stairs.
 
     `far`: of all stairs that may be, as nothing is known of them yet.
     """
-    if len(added) != 1 or fit.fitted.cost >= _CLIMBED * base.fitted.cost:
+    if not _on_stairs(added, fit, base):
         return fit
     return stepped(problem, fit, far) if sticks(problem, added) else edged(problem, fit)
 

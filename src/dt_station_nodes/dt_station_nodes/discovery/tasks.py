@@ -58,8 +58,17 @@ class StoppedError(KeyboardInterrupt):
         self.found = found
 
 
-def each(bench: Bench, work: Callable[[Bench, Task], Task], tasks: Sequence[Task], told: bool = True) -> list[Task]:
-    """All tasks' results in their order, whatever the number of workers; StoppedError with those done on Ctrl-C."""
+def each(
+    bench: Bench,
+    work: Callable[[Bench, Task], Task],
+    tasks: Sequence[Task],
+    told: bool = True,
+    before: Sequence[Task] = (),
+) -> list[Task]:
+    """All tasks' results in their order, whatever the number of workers; StoppedError with those done on Ctrl-C.
+
+    `before`: what was done of them before, which is known then too.
+    """
     done: list[Task] = []
     try:
         for result in bench.workers.results(partial(work, bench.alone), tasks):
@@ -67,13 +76,28 @@ def each(bench: Bench, work: Callable[[Bench, Task], Task], tasks: Sequence[Task
             if bench.progress is not None and told:
                 bench.progress(f"{bench.problem.channel.value}: {' + '.join(result.added)}")
     except KeyboardInterrupt:
-        raise StoppedError(_known(bench, done)) from None
+        raise StoppedError(_known(bench, [*before, *done])) from None
     return done
 
 
 def _known(bench: Bench, done: Sequence[Task]) -> list[Explanation]:
     """Explanations of an interrupted stage; rough data are not judged by a glance."""
     return [task.seen for task in done if task.seen is not None and (task.seen.held or not bench.rough)]
+
+
+def done_again(
+    bench: Bench,
+    work: Callable[[Bench, Task], Task],
+    tasks: Sequence[Task],
+    done: Sequence[Task],
+    worth: Callable[[Bench, Task], bool],
+) -> list[Task]:
+    """What was `done` of tasks, in its place what `work` makes of those `worth` it that none has outrun."""
+    most = OUTRUN * _least_full(done)
+    places = [i for i, task in enumerate(done) if _least(task) <= most and worth(bench, task)]
+    again = each(bench, work, [tasks[i] for i in places], before=done)
+    better = dict(zip(places, again, strict=True))
+    return [better.get(i, task) for i, task in enumerate(done)]
 
 
 def against(tasks: Sequence[Task], times: float = SETTLED) -> list[Task]:
@@ -95,8 +119,7 @@ def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
 
     One that is never named leaves the question open how near the others get.
     """
-    full = [form.fit.fitted.cost for task in tasks for form in forms_of(task) if form.inside and form.fit.full]
-    best = min(full, default=np.inf)
+    best = _least_full(tasks)
     foremost = list(dict.fromkeys(task.candidate.name for task in sorted(tasks, key=_least)))[:FOREMOST]
 
     def near(task: Task) -> bool:
@@ -124,6 +147,12 @@ def forlorn(task: Task, refined: Sequence[Explanation]) -> bool:
 def _least(task: Task) -> float:
     """The cost of its best form."""
     return min((form.fit.fitted.cost for form in forms_of(task)), default=np.inf)
+
+
+def _least_full(tasks: Sequence[Task]) -> float:
+    """The least cost of a name that leaves nothing but noise; infinite without one."""
+    forms = (form for task in tasks for form in forms_of(task))
+    return min((form.fit.fitted.cost for form in forms if form.inside and form.fit.full), default=np.inf)
 
 
 def _cost(task: Task) -> float:
