@@ -15,7 +15,7 @@ from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, search
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, all_starts, grid, hypothesis, library
 from dt_station_nodes.discovery.further_forms import GRIPPING_BRISTLES, HEAVY
-from dt_station_nodes.discovery.glance import glance
+from dt_station_nodes.discovery.glance import glance, starts_of
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.measure import take_measure
 from dt_station_nodes.discovery.parsimony import simplified
@@ -443,7 +443,7 @@ def test_far_outside_the_start_that_leaves_least_is_not_the_only_one_looked_at()
     path = PAPER.paths[Channel.POSITION]
     bench = Bench(held, nominal_terms(path, held.signal))
     task = Task(as_given(bench, path), Candidate("friction"))
-    starts, _, like = search._starts(bench, task)
+    starts, _, like = starts_of(bench, task, {})
     alone = [fit_hypothesis(held, like, [x], 0) for x in starts]
     nearest = min(range(len(starts)), key=lambda i: alone[i].fitted.cost)
     assert fit_hypothesis(held, like, [starts[nearest]], 3).rss > 100.0 * len(held.measured)

@@ -4,6 +4,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
+from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -12,10 +14,11 @@ from cases import Case, make
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
 from dt_station_nodes.discovery.candidates import Candidate, hypothesis, plain_starts
-from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
-from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.hypothesis_fit import Costs, Fit, fit_hypothesis
+from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
-from dt_station_nodes.discovery.start_groups import by_form, unlike
+from dt_station_nodes.discovery.stairs import beginning
+from dt_station_nodes.discovery.start_groups import by_form, promising, unlike
 from dt_station_nodes.discovery.terms import Hypothesis, nominal_terms
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
@@ -57,3 +60,41 @@ def test_ends_in_different_forms_are_unlike() -> None:
     assert unlike(as_begun(plain), as_begun(jumping))
     bias = begun("bias")
     assert not unlike(as_begun(bias[0]), as_begun(bias[-1]))
+
+
+def test_of_many_starts_the_runs_beginning_tells_which_to_keep(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that fit it best stay, of each form, in their order; asked again nothing is simulated again."""
+    band = next(h for h in begun("dead_zone") if h.path.effects[-1].parameters["restored"] == 0.0)
+    width, form = (next(i for i, t in enumerate(band.terms) if t.name == n) for n in ("half_width_v", "restored"))
+    starts = [band.start() for _ in range(240)]
+    for number, x in enumerate(starts):
+        x[width] = 0.002 * (1 + (7 * number) % 240)
+        x[form] = float(number % 2)
+    lengths: list[int] = []
+    residual = Problem.residual
+
+    def counted(problem: Problem, path: object) -> object:
+        lengths.append(len(problem.measured))
+        return residual(problem, path)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Problem, "residual", counted)
+    known: Costs = {}
+    kept = promising(PROBLEM, band, starts, known)
+    assert len(lengths) == len(starts)
+    assert max(lengths) <= len(PROBLEM.measured) // 4
+    assert [promising(PROBLEM, band, starts, known), len(lengths)] == [kept, len(starts)]
+    places = [next(i for i, x in enumerate(starts) if x is one) for one in kept]
+    assert places == sorted(places)
+    part = beginning(PROBLEM, 0.25)
+
+    def misfit(x: NDArray[np.float64]) -> float:
+        return float(np.sum(np.square(residual(part, band.path_at(x)))))
+
+    for value in (0.0, 1.0):
+        best, others = (
+            [x for x in starts if x[form] == value and any(x is k for k in kept) is so] for so in (True, False)
+        )
+        assert len(best) == len(kept) // 2
+        assert max(map(misfit, best)) <= min(map(misfit, others))
+    few = starts[:100]
+    assert promising(PROBLEM, band, few, {}) is few

@@ -16,9 +16,9 @@ from dt_station_nodes.core.models import PathSimulator
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
-from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
+from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import make_problem
-from dt_station_nodes.discovery.stick_slip import breakaways_v, climbed, stepped
+from dt_station_nodes.discovery.stick_slip import breakaways_v, climbed, far_from_top, stepped
 from dt_station_nodes.discovery.terms import nominal_terms
 
 PISTON = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (), "disturbance": None})
@@ -168,6 +168,27 @@ def test_stairs_are_found_where_nominal_numbers_are_off(
     fit = stepped(problem, fit_hypothesis(problem, begin, iterations=10), far=True)
     assert float(np.std(fit.residual)) < 1.1 * problem.noise
     assert fit.path.effect("friction").parameters["coulomb_v"] == pytest.approx(stuck_v, rel=0.02)
+
+
+def test_only_a_single_spool_that_explains_much_and_not_all_may_be_on_wrong_stairs() -> None:
+    problem = make_problem(run(0.3, 0.1, 0), SPEC, Channel.PRESSURE, DiscoverySettings())
+    nominal = nominal_terms(BARE, problem.signal)
+    base = fit_hypothesis(problem, hypothesis(problem, BARE, nominal, {}))
+
+    def spool(level_v: float, *free: str) -> Fit:
+        path = add_effect(BARE, Candidate("friction", apart=True), {"coulomb_v": level_v, "slip": 2.0 / 3.0})
+        like = hypothesis(problem, path, nominal, {"friction": free})
+        return fit_hypothesis(problem, like, [like.start()], 0)
+
+    both = ("coulomb_v", "slip")
+    beside, upon, trifling = spool(0.305, *both), spool(0.3, *both), spool(0.02, *both)
+    assert [fit.full for fit in (beside, upon)] == [False, True]
+    assert far_from_top(problem, ("friction",), beside, base)
+    assert not far_from_top(problem, ("friction",), upon, base)
+    assert not far_from_top(problem, ("friction",), trifling, base)
+    assert not far_from_top(problem, ("friction", "bias"), beside, base)
+    assert not far_from_top(problem, ("friction",), spool(0.305, "coulomb_v"), base)
+    assert not far_from_top(problem, ("backlash",), beside, base)
 
 
 @pytest.mark.parametrize(("low_v", "high_v"), [(-0.65, 0.65), (-0.3, 0.9)])

@@ -18,8 +18,11 @@ from dt_station_nodes.discovery.tasks import (
     Task,
     against,
     best_of,
+    done_again,
     each,
+    forlorn,
     to_settle,
+    told_apart,
     within_reach,
 )
 from dt_station_nodes.discovery.workers import ALONE
@@ -127,3 +130,54 @@ def test_a_search_that_is_stopped_gives_what_it_knew(rough: bool, known: list[fl
     with pytest.raises(StoppedError) as stopped:
         each(cast("Bench", bench), work, tasks)
     assert [e.fit.fitted.cost for e in stopped.value.found] == known
+
+
+def test_what_was_done_before_is_known_when_it_is_stopped() -> None:
+    bench = SimpleNamespace(rough=False, workers=ALONE, progress=None)
+    bench.alone = bench
+
+    def work(_: Bench, __: Task) -> Task:
+        raise KeyboardInterrupt
+
+    done = [task("bias", 3.0), task("delay", 4.0)]
+    with pytest.raises(StoppedError) as stopped:
+        each(cast("Bench", bench), work, done[:1], before=done)
+    assert [e.fit.fitted.cost for e in stopped.value.found] == [3.0, 4.0]
+
+
+@pytest.mark.parametrize(("behind", "again"), [(0.9, True), (1.1, False)])
+def test_what_another_name_outruns_is_not_done_again(behind: float, again: bool) -> None:
+    bench = SimpleNamespace(rough=False, workers=ALONE, progress=None)
+    bench.alone = bench
+    best = Task(BASE, Candidate("bias"), seen=explained(1.0, full=True))
+    before = [task("friction", 7.0), task("bias", 9.0), task("delay", 8.0)]
+    done = [task("friction", behind * OUTRUN), best, task("delay", 2.0)]
+
+    def work(_: Bench, one: Task) -> Task:
+        assert one is before[0]
+        return task("friction", 0.5)
+
+    result = done_again(cast("Bench", bench), work, before, done, lambda _, t: t.candidate.name == "friction")
+    costs = [t.seen.fit.fitted.cost for t in result if t.seen]
+    assert costs == [0.5 if again else behind * OUTRUN, 1.0, 2.0]
+    assert result[1:] == done[1:]
+
+
+def test_of_two_bases_glances_that_are_the_same_go_on_once() -> None:
+    """A set of effects has its own bases: what is added to one is no twin of what is added to another."""
+    bare, more = explained(1e3), explained(1e3, added=("leakage",))
+    kept, twin, other = task("friction", 5.0), task("friction", 5.0 + 1e-6, base=bare), task("bias", 4.0, base=bare)
+    apart = task("friction", 5.0, apart=True, base=bare)
+    assert told_apart([kept, twin, other, apart]) == [kept, other, apart]
+    unlike = task("friction", 5.1, base=bare)
+    assert told_apart([kept, unlike]) == [kept, unlike]
+    beside = [task("friction", 5.0, base=more), task("friction", 5.0, base=more)]
+    assert told_apart(beside) == beside
+
+
+@pytest.mark.parametrize(("least", "lost"), [(7.9, False), (8.1, True)])
+def test_where_each_refinement_is_far_behind_the_rival_all_of_them_are_forlorn(least: float, lost: bool) -> None:
+    one = task("friction", 20.0, rival=2.0)
+    assert forlorn(one, [explained(30.0), explained(least)]) is lost
+    assert not forlorn(one, [])
+    assert not forlorn(task("friction", 20.0), [explained(30.0)])
