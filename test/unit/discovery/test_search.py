@@ -474,11 +474,13 @@ def test_a_further_effect_is_followed_only_as_far_as_the_best_glance_promises(
         base = bench.explained(fit, ("bias",), {"bias": ("bias_v",)})
     stages: list[list[Task]] = []
 
-    def noted(bench: Bench, work: Stage, tasks: Sequence[Task], told: bool = True) -> list[Task]:
+    def noted(
+        bench: Bench, work: Stage, tasks: Sequence[Task], told: bool = True, **before: Sequence[Task]
+    ) -> list[Task]:
         stages.append(list(tasks))
         if len(stages) == 2:
             raise StoppedError([])
-        return each(bench, work, tasks, told)
+        return each(bench, work, tasks, told, **before)
 
     monkeypatch.setattr(search, "each", noted)
     with pytest.raises(StoppedError):
@@ -498,10 +500,12 @@ def test_a_further_effect_is_settled_though_it_was_not_followed_to_its_end(
     fit = fit_hypothesis(problem, hypothesis(problem, bias, bench.nominal, {"bias": ("bias_v",)}), iterations=2)
     settled: list[Task] = []
 
-    def noted(bench: Bench, work: Stage, tasks: Sequence[Task], told: bool = True) -> list[Task]:
+    def noted(
+        bench: Bench, work: Stage, tasks: Sequence[Task], told: bool = True, **before: Sequence[Task]
+    ) -> list[Task]:
         if work is search._settled:
             settled.extend(tasks)
-        return each(bench, work, tasks, told)
+        return each(bench, work, tasks, told, **before)
 
     monkeypatch.setattr(search, "each", noted)
     monkeypatch.setattr(search, "SEEN", 0.5)
@@ -532,3 +536,23 @@ def test_what_is_far_behind_one_that_leaves_noise_is_not_refined(monkeypatch: py
     assert names > refined
     costs = {e.added[0]: e.fit.fitted.cost for e in found}
     assert all(costs[name] > HOPELESS * found[0].fit.fitted.cost for name in names - refined)
+
+
+@pytest.mark.parametrize("stage", ["_plain", "_refined", "_settled"])
+def test_what_a_stage_before_found_is_known_when_the_next_is_stopped(
+    monkeypatch: pytest.MonkeyPatch, stage: str
+) -> None:
+    shut = run_with("dead_zone", {"half_width_v": 0.5}, 2.0 * np.sin(1.7 * 0.02 * np.arange(900)))
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(shut, nominal_terms(path, shut.signal))
+
+    def stopped_at_once(_: Bench, __: Task) -> Task:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(search, stage, stopped_at_once)
+    null = fit_null(bench, path)
+    with pytest.raises(StoppedError) as stopped:
+        scan(bench, [null], 3, 3)
+    best = min(stopped.value.found, key=lambda e: e.fit.fitted.cost)
+    assert best.added == ("dead_zone",)
+    assert best.fit.fitted.cost < 0.1 * null.fit.fitted.cost

@@ -188,10 +188,12 @@ def scan(
     chosen = told_apart(best_of(each(bench, glance, tasks, told=False), most)[0])
     # A single effect may need all its way to be told from another; of larger sets far more are tried than can be one.
     chosen = [task if not task.base.added else held for task, held in zip(chosen, against(chosen, SEEN), strict=True)]
-    plain = against(done_again(bench, partial(_plain, far=True), chosen, each(bench, _plain, chosen), _on_wrong_stairs))
+    plain = each(bench, _plain, chosen, before=chosen)
+    plain = against(done_again(bench, partial(_plain, far=True), chosen, plain, _on_wrong_stairs))
     near, far = within_reach(plain)
     finer, others = best_of(near, finest) if finest < most else (near, [])
-    fitted = each(bench, _settled, to_settle([*each(bench, _refined, finer), *others, *far], reached))
+    found = to_settle([*each(bench, _refined, finer, before=plain), *others, *far], reached)
+    fitted = each(bench, _settled, found, before=found)
     return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))
 
 
