@@ -556,3 +556,47 @@ def test_what_a_stage_before_found_is_known_when_the_next_is_stopped(
     best = min(stopped.value.found, key=lambda e: e.fit.fitted.cost)
     assert best.added == ("dead_zone",)
     assert best.fit.fitted.cost < 0.1 * null.fit.fitted.cost
+
+
+@pytest.mark.parametrize(("rival", "whole"), [(np.inf, True), (1e-9, False)])
+def test_all_refinements_at_once_are_fitted_only_where_one_comes_near(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch, rival: float, whole: bool
+) -> None:
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    task = search._plain(bench, Task(fit_null(bench, path), Candidate("bias")))
+    free: list[tuple[str, ...]] = []
+    own = search._form
+
+    def noted(bench: Bench, task: Task, optional: tuple[str, ...], *others: object) -> Explanation:
+        free.append(optional)
+        return own(bench, task, optional, *others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(search, "_form", noted)
+    search._refined(bench, replace(task, rival=rival))
+    assert task.seen is not None
+    left = task.base.fit.residual
+    names = refinements(problem, task.seen.fit.path, task.candidate, left, True, bench.nominal).names
+    assert len(names) > 1
+    assert (names in free) is whole
+
+
+def test_what_two_bases_make_the_same_is_followed_on_one(problem: Problem, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second has an effect of the model's own that the run does not come to."""
+    path = PAPER.paths[Channel.POSITION]
+    bench = Bench(problem, nominal_terms(path, problem.signal))
+    limited = add_effect(path, Candidate("saturation"), {"upper_v": 1e3, "lower_v": -1e3})
+    stages: list[list[Task]] = []
+
+    def noted(bench: Bench, work: Stage, tasks: Sequence[Task], **how: object) -> list[Task]:
+        stages.append(list(tasks))
+        if len(stages) == 2:
+            raise StoppedError([])
+        return each(bench, work, tasks)
+
+    monkeypatch.setattr(search, "each", noted)
+    monkeypatch.setattr(search, "library", lambda *_: (Candidate("bias"), Candidate("delay")))
+    with pytest.raises(StoppedError):
+        scan(bench, [fit_null(bench, limited), fit_null(bench, path)], 9, 9)
+    assert [len(stage) for stage in stages] == [4, 2]
+    assert all(task.base.fit.path.effects for task in stages[1])

@@ -14,10 +14,11 @@ from valves import BARE, PAPER, SPEC, TIME_S, WAVES, answered
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import PathSimulator
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
+from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover, search, stick_slip
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
-from dt_station_nodes.discovery.problem import make_problem
+from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.selection import Bench, fit_null
 from dt_station_nodes.discovery.stick_slip import breakaways_v, climbed, far_from_top, stepped
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -213,3 +214,21 @@ def test_the_edges_of_a_band_that_jumps_open_are_found_between_a_runs_voltages(l
     between = servo.max() * 2.0 * np.pi * 0.23 * 0.02
     for sign, edge in ((-1.0, low_v), (1.0, high_v)):
         assert found["centre_v"] + sign * found["half_width_v"] == pytest.approx(edge, abs=between)
+
+
+def test_a_search_looks_among_all_stairs_where_its_first_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = make_problem(run(0.3, 0.1, 0), SPEC, Channel.PRESSURE, DiscoverySettings())
+    bench = Bench(problem, nominal_terms(BARE, problem.signal))
+    asked: list[bool] = []
+    own = stick_slip.stepped
+
+    def wrong(problem: Problem, fit: Fit, far: bool = False) -> Fit:
+        asked.append(far)
+        beside = fit.hypothesis.scaled(fit.fitted.x, 1.02)
+        return own(problem, fit, far) if far else fit_hypothesis(problem, fit.hypothesis, [beside], 0)
+
+    monkeypatch.setattr(stick_slip, "stepped", wrong)
+    monkeypatch.setattr(search, "library", lambda *_: (Candidate("friction", apart=True),))
+    found = search.scan(bench, [fit_null(bench, BARE)], 1, 1)
+    assert asked[:2] == [False, True]
+    assert found[0].fit.full
