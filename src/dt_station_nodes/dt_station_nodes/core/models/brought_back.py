@@ -48,20 +48,24 @@ def run_brought_back(
             position_places,
             timing,
             state,
-            voltages[begin:end],
-            load[begin : end + 1],
+            voltages,
+            load,
             context,
             scratch,
-            outputs[begin:end],
+            outputs,
+            (begin, end),
         )
-        simulated = outputs[begin:end, column].copy()
-        outputs[begin:end, column] -= away
-        if not (simulated.min() > free[0] and simulated.max() < free[1]):
+        held, off, last = False, 0.0, outputs[end - 1, column]
+        for i in range(begin, end):
+            held = held or not free[0] < outputs[i, column] < free[1]
+            off += measured[i] - outputs[i, column]
+            outputs[i, column] -= away
+        if held:
             told = _STOP
             continue
         told += end - begin
-        off = float(np.mean(measured[begin:end] - simulated))
-        there = simulated[-1] + max((end - begin) / told, _SHARE * (end - begin)) * off
-        step = min(max(there, free[0]), free[1]) - simulated[-1]
+        there = last + max((end - begin) / told, _SHARE * (end - begin)) * (off / (end - begin))
+        step = min(max(there, free[0]), free[1]) - last
         away += step
-        state += step * shift
+        for j in range(len(state)):
+            state[j] += step * shift[j]

@@ -12,10 +12,14 @@ def through(p: Doubles, warmed: float, pressure: float, rest: float) -> float:
     """Flow at a pressure (Pa) over the one at which nothing leaks, through a gap or an orifice of size `warmed`."""
     if p[14] > 0.5:
         pressure = max(pressure, 0.0)
-    # The turbulent law is scaled to meet the laminar one at the rest pressure.
-    turbulent = math.copysign(math.sqrt(abs(pressure) * max(rest, 1.0)), pressure)
+    felt = pressure
+    if p[1] != 0.0:
+        # The turbulent law is scaled to meet the laminar one at the rest pressure.
+        felt = (1.0 - p[1]) * pressure + p[1] * math.copysign(math.sqrt(abs(pressure) * max(rest, 1.0)), pressure)
+    if p[6] == 0.0:
+        return warmed * felt
     widened = max(1.0 + p[6] * max(pressure, 0.0), 0.0)
-    return warmed * ((1.0 - p[1]) * pressure + p[1] * turbulent) * widened * widened * widened
+    return warmed * felt * widened * widened * widened
 
 
 @njit(cache=True)

@@ -124,6 +124,7 @@ class PlantModel:
             np.zeros(2 * CONTEXT_SIZE),
             np.empty_like(values),
             outputs,
+            (0, len(outputs)),
         )
         return _frozen(values), outputs
 

@@ -188,7 +188,8 @@ class PathSimulator:
 
         def run(voltages: Array, load: Array) -> Array:
             outputs = np.empty_like(voltages)
-            kernel.run(*given, voltages, load, np.zeros(2 * CONTEXT_SIZE), np.empty_like(state), outputs)
+            scratch, context = np.empty_like(state), np.zeros(2 * CONTEXT_SIZE)
+            kernel.run(*given, voltages, load, context, scratch, outputs, (0, len(voltages)))
             return outputs[:, column].copy()
 
         remembers = own.size > own.linear.b.size + int(own.places[path_map.AWAY_STATES])

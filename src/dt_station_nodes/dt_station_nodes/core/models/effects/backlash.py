@@ -34,7 +34,8 @@ def _carried(s: Doubles, joint: int, value: float, half_width: float, p: Doubles
     """
     place, speed = s[joint], s[joint + 1]
     h, lag_s, coast_s = c[SUBSTEP], p[1], p[3]
-    place += (place - value) * math.expm1(-h * p[7])
+    if p[7] != 0.0:
+        place += (place - value) * math.expm1(-h * p[7])
     if coast_s > 0.0 or p[6] > 0.0:
         way, speed = _coasted(speed, coast_s, p[6], h)
         place += way
@@ -58,7 +59,11 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         if p[4] != 0.0:
             return value
     wide = _carried(s, _WIDE, value, p[0] * (1.0 + p[2]), p, c)
-    narrow = _carried(s, _NARROW, value, p[0] * (1.0 - p[2]), p, c)
+    if p[2] != 0.0:
+        narrow = _carried(s, _NARROW, value, p[0] * (1.0 - p[2]), p, c)
+    else:
+        # Both joints are one.
+        narrow, s[_NARROW], s[_NARROW + 1] = wide, s[_WIDE], s[_WIDE + 1]
     s[_BEFORE] = value
     return p[5] * value + (1.0 - p[5]) * 0.5 * (wide + narrow)
 

@@ -57,7 +57,11 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         s[0] = value
         s[2] = value
     gap = value - s[0]
-    lag = p[0] * sided(gap, s[0], p[3], -p[4], p[5]) * _slowed(gap, p[6])
+    lag = p[0]
+    if p[3] != 0.0 or p[4] != 0.0:
+        lag *= sided(gap, s[0], p[3], -p[4], p[5])
+    if p[6] != 0.0:
+        lag *= _slowed(gap, p[6])
     if lag > 1e-9 and p[8] > 0.0:
         half = math.exp(-0.5 * c[SUBSTEP] / (lag * _quickened(s[0], p[8], p[9])))
         lag *= _quickened(value - gap * half, p[8], p[9])

@@ -15,10 +15,14 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     age = c[TIME] + by_work * (s[0] - c[TIME])
     s[0] += abs(value) * c[SUBSTEP]
     time = max(age - p[2], 0.0)
-    elapsed = -settling * math.expm1(-time / settling) if settling > 0.0 else time
-    stepped = p[7] * come(c, p[8], p[14], p[15]) + p[9] * come(c, p[10], 0.0, 0.0)
-    turn = 2.0 * math.pi * age / p[5] if p[5] > 0.0 else 0.0
-    more = stepped + rate * elapsed + p[3] * math.sin(turn) + p[4] * math.cos(turn)
+    more = 0.0
+    if p[7] != 0.0 or p[9] != 0.0:
+        more += p[7] * come(c, p[8], p[14], p[15]) + p[9] * come(c, p[10], 0.0, 0.0)
+    if rate != 0.0:
+        more += rate * (-settling * math.expm1(-time / settling) if settling > 0.0 else time)
+    if p[3] != 0.0 or p[4] != 0.0:
+        turn = 2.0 * math.pi * age / p[5] if p[5] > 0.0 else 0.0
+        more += p[3] * math.sin(turn) + p[4] * math.cos(turn)
     if p[12] > 0.0:
         closer = -math.expm1(-c[SUBSTEP] / p[12])
         s[1] += (value * value - s[1]) * closer

@@ -35,6 +35,12 @@ def _way(velocity: float, flow: float, turning: float) -> float:
     return velocity / max(abs(velocity), abs(flow)) if velocity != 0.0 else 0.0
 
 
+@njit(cache=True)
+def _bent(bend: float, y: float) -> float:
+    """Factor by which a flow that is linear at first falls behind, as it turns turbulent."""
+    return math.sqrt(1.0 + bend * abs(y)) if bend != 0.0 else 1.0
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[STAGE] == 2.0:
@@ -57,8 +63,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
         flow *= 1.0 - p[9] + p[9] * _way(c[FREE_VELOCITY] - c[LOAD_VELOCITY], flow, p[10])
     if store and sag != 0.0:
         y = halfway(c) - 0.5 * per_flow * flow
-        y /= 1.0 + 0.5 * per_flow * sag / math.sqrt(1.0 + bend * abs(y))
-        flow += sag * y / math.sqrt(1.0 + bend * abs(y))
+        y /= 1.0 + 0.5 * per_flow * sag / _bent(bend, y)
+        flow += sag * y / _bent(bend, y)
     if lag > 1e-6:
         h = c[SUBSTEP]
         gap = flow - s[0]

@@ -20,10 +20,13 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     angle = 2.0 * math.pi * p[1] * (c[TIME] + c[SUBSTEP]) + p[2]
     if p[17] != 0.0:
         angle += p[17] * math.sin(2.0 * math.pi * p[18] * (c[TIME] + c[SUBSTEP]) + p[19])
-    sine, cosine = math.sin(angle), math.cos(angle)
-    twice = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
-    wave = sine + p[3] * twice[0] + p[4] * twice[1]
-    wave += p[5] * (twice[0] * cosine + twice[1] * sine) + p[6] * (twice[1] * cosine - twice[0] * sine)
+    sine = math.sin(angle)
+    wave = sine
+    if p[3] != 0.0 or p[4] != 0.0 or p[5] != 0.0 or p[6] != 0.0:
+        cosine = math.cos(angle)
+        twice = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
+        wave += p[3] * twice[0] + p[4] * twice[1]
+        wave += p[5] * (twice[0] * cosine + twice[1] * sine) + p[6] * (twice[1] * cosine - twice[0] * sine)
     if abs(p[16]) >= _NARROWEST:
         crest = 0.25 if p[16] > 0.0 else 0.75
         since = (angle / (2.0 * math.pi) - crest + 0.5 * abs(p[16])) % 1.0
