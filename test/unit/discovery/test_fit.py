@@ -62,3 +62,29 @@ def test_slopes_are_taken_anew_where_the_cost_has_halved() -> None:
     steps = np.array([1e-6])
     found = least_squares(lambda x: x**3 - 8.0, np.array([5.0]), *np.array([[-5.0], [5.0]]), steps, 8, lasting=1)
     assert found.x == pytest.approx([2.0], abs=1e-3)
+
+
+def test_slopes_of_a_coarse_model_lead_to_where_the_fine_one_is_least() -> None:
+    asked = {"fine": 0, "coarse": 0}
+
+    def fine(x: Array) -> Array:
+        asked["fine"] += 1
+        return valley(x)
+
+    def coarse(x: Array) -> Array:
+        asked["coarse"] += 1
+        return 1.02 * valley(x) + 0.3
+
+    start, steps = np.array([-1.9, 2.0]), np.array([1e-6, 1e-6])
+    found = least_squares(fine, start, *BOUNDS, steps, 40, tolerance=1e-9, coarse=coarse)
+    assert found.x == pytest.approx([1.0, 1.0], abs=1e-4)
+    assert found.cost == pytest.approx(1.0, abs=1e-6)
+    assert np.array_equal(found.residual, valley(found.x))
+    assert asked["coarse"] > asked["fine"]
+    assert found.evaluations == sum(asked.values())
+
+
+def test_a_point_that_stays_knows_its_slopes_as_they_are_however_coarse_others_are() -> None:
+    steps = np.array([1e-6, 1e-6])
+    stays = least_squares(valley, np.array([-1.9, 2.0]), *BOUNDS, steps, 0, coarse=lambda x: 2.0 * valley(x))
+    assert stays.jacobian == pytest.approx(np.array([[38.0, 10.0], [-1.0, 0.0], [0.0, 0.0]]), abs=1e-3)

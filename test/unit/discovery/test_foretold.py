@@ -1,6 +1,7 @@
 """What the second run may settle: numbers that the first leaves open, and no others."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator
+from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.foretold import foretold
@@ -134,3 +135,24 @@ def test_a_fit_without_free_numbers_is_taken_as_it_is(lagging: tuple[Problem, Pr
     power, left = foretold(run, check, fit)
     assert power == float(fit.residual @ fit.residual)
     assert np.array_equal(left, unseen_residual(check, path))
+
+
+def test_of_a_long_run_slopes_are_taken_coarsely_and_what_is_left_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    run, check = problem(SLOW), problem(replace(QUICK, seconds=60.0))
+    fit = fitted(run, "leakage", {"coefficient": 1e-10})
+    terms = len(fit.hypothesis.terms)
+    simulated: list[int] = []
+    simulate = PathSimulator._simulate
+
+    def counted(self: PathSimulator, path: PathSpec, steps: int, *given: object) -> np.ndarray:
+        if len(self.voltage_v) == len(check.measured):
+            simulated.append(steps)
+        return simulate(self, path, steps, *given)
+
+    monkeypatch.setattr(PathSimulator, "_simulate", counted)
+    left, unseen = foretold(run, check, fit)
+    assert simulated.count(2) == terms + 1
+    assert simulated.count(4) > 1
+    monkeypatch.setattr(Problem, "coarse", lambda self, _path: self)
+    exactly = foretold(run, check, fit)
+    assert cost(run, check, (left, unseen)) == pytest.approx(cost(run, check, exactly), abs=1.0)

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from cases import Case, make
 
 from dt_station_nodes.core.channels import Channel
-from dt_station_nodes.core.models import ModelSpec, PathSpec
+from dt_station_nodes.core.models import ModelSpec, PathSimulator, PathSpec
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
 from dt_station_nodes.discovery.candidates import hypothesis as freed_on
 from dt_station_nodes.discovery.hypothesis_fit import Costs, Group, fit_groups, fit_hypothesis
@@ -92,3 +92,34 @@ def test_a_warm_up_that_settles_within_seconds_begins_steeply() -> None:
     (drift,) = fit_hypothesis(warm, free, iterations=20).path.effects
     assert drift.parameters["rate_per_s"] == pytest.approx(0.084, rel=0.02)
     assert drift.parameters["settling_s"] == pytest.approx(5.0, rel=0.02)
+
+
+def steps_simulated(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Sub-steps a sample of each simulation from now on."""
+    simulated: list[int] = []
+    simulate = PathSimulator._simulate
+
+    def counted(self: PathSimulator, path: PathSpec, steps: int, *given: object) -> np.ndarray:
+        simulated.append(steps)
+        return simulate(self, path, steps, *given)
+
+    monkeypatch.setattr(PathSimulator, "_simulate", counted)
+    return simulated
+
+
+def test_of_a_long_run_starts_are_told_apart_and_slopes_taken_coarsely(monkeypatch: pytest.MonkeyPatch) -> None:
+    run = make(Case((("cubic_stiffness", "position", 1.0),), seconds=60.0))
+    problem = make_problem(run, PAPER, Channel.POSITION, DiscoverySettings())
+    terms, candidate = nominal_terms(PATH, problem.signal), Candidate("cubic_stiffness")
+    paths = [add_effect(PATH, candidate, {"coefficient": 500.0 * k}) for k in (1.0, 2.0, 4.0)]
+    like = freed_on(problem, paths[0], terms, {"cubic_stiffness": ("coefficient",)})
+    starts = [freed_on(problem, path, terms, {"cubic_stiffness": ("coefficient",)}).start() for path in paths]
+    simulated = steps_simulated(monkeypatch)
+    told = fit_hypothesis(problem, like, starts, iterations=0, keep=1)
+    # Three starts; then the best as it is, with slopes as they are.
+    assert simulated == [2, 2, 2, *(len(like.terms) + 1) * [4]]
+    simulated.clear()
+    found = fit_hypothesis(problem, like, starts, iterations=6, keep=1)
+    assert simulated.count(2) > 2 * simulated.count(4) > 0
+    assert np.array_equal(found.residual, problem.residual(found.path))
+    assert found.fitted.cost < told.fitted.cost

@@ -8,9 +8,8 @@ import pytest
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, ModelSpec, PlantModel
-from dt_station_nodes.core.models.effects import Attachment, Parameter, Quantity, registry
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery.problem import effect_term, make_problem, unit_of
+from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
 
 PAPER = ModelSpec.from_yaml((Path(__file__).resolve().parents[3] / "config/models/paper.yaml").read_text())
@@ -70,21 +69,6 @@ def test_noise_of_the_measured_load_counts_as_no_gap():
     assert problem.inherited > 2.0 * problem_of(station_run(), Channel.POSITION).inherited
 
 
-def test_modes_are_looked_for_up_to_what_the_samples_can_show():
-    """The same rows, said to come ten times as fast or a hundred times as slow, on the path that they had."""
-    run = station_run()
-    frequency = registry()["resonance"].parameter("frequency_hz")
-
-    def highest_hz(sample_s: float) -> float:
-        problem = problem_of(Run(sample_s, run.signals), Channel.POSITION)
-        return effect_term(problem, 0, frequency, Attachment.OUTPUT).bounds[1]
-
-    as_usual = highest_hz(STEP_S)
-    assert np.isclose(np.exp(as_usual), 20.0)
-    assert np.isclose(np.exp(highest_hz(0.1 * STEP_S)), 200.0)
-    assert np.exp(highest_hz(100.0 * STEP_S)) < 2.0
-
-
 @pytest.mark.parametrize(("turns", "excited"), [(0.0, True), (0.1, True), (0.4, False)])
 @pytest.mark.parametrize("known_hz", [3 * 0.37, 0.37 - 0.15, 0.37 + 0.15])
 def test_two_excitations_excite_at_their_harmonics_and_where_they_beat(known_hz: float, turns: float, excited: bool):
@@ -92,14 +76,13 @@ def test_two_excitations_excite_at_their_harmonics_and_where_they_beat(known_hz:
     assert problem.excited_at(known_hz + turns / problem.length_s, 0.2) is excited
 
 
-@pytest.mark.parametrize(
-    ("quantity", "power"), [(Quantity.SIGNAL, 1), (Quantity.PER_SIGNAL, -1), (Quantity.PER_SIGNAL_SQUARED, -2)]
-)
-def test_what_a_signal_measures_is_the_voltage_at_the_input_and_the_output_behind_the_path(quantity, power):
-    problem = problem_of(station_run(), Channel.POSITION)
-    parameter = Parameter("some", quantity, "something", 0.0, 1.0, (0.5,))
-    at_input, behind = (unit_of(problem, parameter, at) for at in (Attachment.INPUT, Attachment.OUTPUT))
-    assert np.isclose(at_input, problem.scales[Quantity.INPUT] ** power)
-    assert np.isclose(behind, problem.scales[Quantity.OUTPUT] ** power)
-    assert parameter.unit(Channel.POSITION, Attachment.INPUT) == {1: "V", -1: "1/V", -2: "1/V^2"}[power]
-    assert parameter.unit(Channel.POSITION, Attachment.OUTPUT) == {1: "m", -1: "1/m", -2: "1/m^2"}[power]
+def test_only_a_long_run_is_another_problem_coarsely():
+    run = station_run()
+    path = PAPER.paths[Channel.POSITION]
+    short = problem_of(run, Channel.POSITION)
+    assert short.coarse(path) is short
+    long = problem_of(Run(STEP_S, {name: np.tile(v, 2) for name, v in run.signals.items()}), Channel.POSITION)
+    coarse = long.coarse(path)
+    assert coarse.sigma == long.sigma
+    gap = coarse.residual(path) - long.residual(path)
+    assert 0.0 < np.std(gap) < 1e-3 * long.signal

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from ..core.channels import Channel
 from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
+from .effect_terms import effect_term, unit_of
 from .further_forms import BY_LOAD, FURTHER, PLACES, further_starts
 from .place_starts import limit_starts, spring_starts, stop_starts, store_starts, wear_starts
-from .problem import Problem, effect_term, unit_of
+from .problem import Problem
 from .spectrum import spectral_peaks
 from .start_groups import drawn
 from .stick_slip import breakaways_v
@@ -211,8 +212,7 @@ def plain_starts(
 ) -> list[PathSpec]:
     """Paths with the candidate in its plain form at every combination of its starts, `fine` ones if so wanted."""
     grids = [grid(problem, path, candidate, p, residual, fine) for p in candidate.required]
-    combinations = list(product(*grids))
-    return [add_effect(path, candidate, dict(zip(candidate.required, c, strict=True))) for c in combinations]
+    return [add_effect(path, candidate, dict(zip(candidate.required, c, strict=True))) for c in product(*grids)]
 
 
 def pair_starts(

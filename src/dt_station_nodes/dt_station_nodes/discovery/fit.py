@@ -90,14 +90,15 @@ def least_squares(
     slopes: Array | None = None,
     rival: float = np.inf,
     lasting: int = 0,
+    coarse: Residual | None = None,
 ) -> Fitted:
     """Minimise |fun(x)|^2 within bounds from `start`; `steps` (p,) are the finite differences' lengths.
 
     Ends when an iteration lowers the cost by less than `tolerance` of it, or where going on at the better pace of the
     last two would not get below the cost of a `rival`. Parameters at a bound that the gradient pushes outwards are
     held for the iteration. `slopes` (m, p), where given, is the Jacobian for all of them; else the slopes of the first
-    `lasting` parameters are taken anew only where the cost has halved since. Without iterations the start stays, with
-    the Jacobian there.
+    `lasting` parameters are taken anew only where the cost has halved since. Slopes are those of `coarse`, where given,
+    which changes much as `fun` does and takes less time. Without iterations the start stays, with the Jacobian there.
     """
     x = np.clip(start, lower, upper)
     r = _finite(fun(x))
@@ -108,13 +109,14 @@ def least_squares(
     if iterations == 0 and slopes is None:
         jacobian = finite_differences(fun, x, r, steps, lower, upper)
         spent += len(x)
-    pace, since = 1.0, cost
+    pace, since, told = 1.0, cost, coarse or fun
     for iteration in range(1, iterations + 1):
         if slopes is None:
             kept = lasting if iteration > 1 and cost > _MOVED * since else 0
             since = since if kept else cost
-            jacobian = finite_differences(fun, x, r, steps, lower, upper, jacobian[:, :kept])
-            spent += len(x) - kept
+            here = r if told is fun else _finite(told(x))
+            jacobian = finite_differences(told, x, here, steps, lower, upper, jacobian[:, :kept])
+            spent += len(x) - kept + (told is not fun)
         gradient = np.einsum("ij,i->j", jacobian, r)
         free = ~(((x <= lower) & (gradient > 0.0)) | ((x >= upper) & (gradient < 0.0)))
         if not free.any():

@@ -101,10 +101,11 @@ def _by_curvature(problem: Problem, check: Problem, fit: Fit, begin: _Place) -> 
     hypothesis = fit.hypothesis
     curvature = np.asarray(np.linalg.qr(fit.fitted.jacobian, mode="r"))
     # Numbers move little: the slopes at the fit serve for every step.
+    coarse = check.coarse(fit.path)
     slopes = finite_differences(
-        lambda moved: unseen_residual(check, hypothesis.path_at(moved)),
+        lambda moved: unseen_residual(coarse, hypothesis.path_at(moved)),
         begin.x,
-        begin.unseen,
+        begin.unseen if coarse is check else unseen_residual(coarse, fit.path),
         hypothesis.steps,
         *_bounds(fit).T,
     )

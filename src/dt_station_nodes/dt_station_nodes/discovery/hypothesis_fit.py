@@ -107,7 +107,7 @@ def _known_costs(
 
 def costs_of_part(part: Problem, hypothesis: Hypothesis, starts: Sequence[Array], known: Costs) -> list[float]:
     """What starts cost on a part of a run alone; `known` is added to, beside what they cost on the whole."""
-    return _known_costs(_residuals(part, hypothesis), hypothesis, starts, known, b"part")
+    return _known_costs(_residuals(part.coarse(hypothesis.path), hypothesis), hypothesis, starts, known, b"part")
 
 
 def fit_hypothesis(
@@ -124,23 +124,27 @@ def fit_hypothesis(
 ) -> Fit:
     """The best of the `keep` most promising starts, each refined; `mask` (n,) weighs samples for held-out blocks.
 
+    Of a long run, starts are told apart and slopes taken by a coarse simulation; what is left is simulated as it is.
     The best `passed` of more starts than these are passed over. What will not get below the best before it, or below
     the cost of a `rival`, is given up. `known`: costs of starts of this hypothesis, which are added to. `lasting`: how
     many of its first numbers have slopes that are worth keeping for a while.
     """
     bounds = hypothesis.bounds
-    residuals = _residuals(problem, hypothesis, mask)
+    residuals, rough = _residuals(problem, hypothesis, mask), problem.coarse(hypothesis.path)
+    coarse = residuals if rough is problem else _residuals(rough, hypothesis, mask)
     candidates = list(starts) or [hypothesis.start()]
     steps = hypothesis.steps
     if len(candidates) > keep:
-        costs = _known_costs(residuals, hypothesis, candidates, {} if known is None else known)
+        costs = _known_costs(coarse, hypothesis, candidates, {} if known is None else known)
         order = sorted(range(len(candidates)), key=lambda i: (costs[i], i))
         # Starts of one cost do the same, most often nothing: one of them is enough.
         apart = [i for n, i in enumerate(order) if n == 0 or costs[i] - costs[order[n - 1]] > 1e-9 * costs[i]]
         candidates = [candidates[i] for i in apart[passed : passed + keep] or apart[:1]]
     best: Fitted | None = None
     for x in candidates:
-        found = least_squares(residuals, x, bounds[:, 0], bounds[:, 1], steps, iterations, rival=rival, lasting=lasting)
+        found = least_squares(
+            residuals, x, bounds[:, 0], bounds[:, 1], steps, iterations, rival=rival, lasting=lasting, coarse=coarse
+        )
         rival = min(rival, found.cost)
         if best is None or found.cost < best.cost:
             best = found

@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from ..core.models import EffectSpec
 from ..core.models.effects import Effect, registry
+from .effect_terms import unit_of
 from .fit import least_squares
 from .hypothesis_fit import Fit
 from .place_starts import stop_starts
-from .problem import Problem, unit_of
+from .problem import Problem
 from .terms import Hypothesis
 from .unseen import unseen_residual
 

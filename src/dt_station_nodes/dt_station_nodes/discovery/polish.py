@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from ..core.models import PathSpec
 from ..core.models.effects import registry
 from .channel import Finding, base_paths
+from .effect_terms import effect_term
 from .fit import least_squares
 from .hypothesis_fit import Fit, fit_hypothesis
 from .noise import difference_noise, noise_floor
-from .problem import Problem, effect_term
+from .problem import Problem
 from .result import Verdict
 from .selection import Explanation
 from .terms import Hypothesis

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from ..core.channels import Channel
 from ..core.models import ModelSpec, PathSimulator, PathSpec, at_places
-from ..core.models.effects import Attachment, Parameter, Quantity
+from ..core.models.effects import Quantity
 from ..core.run import Run
 from .condense import slowest_s
 from .noise import difference_noise, driven_noise
-from .scales import SAMPLE_S, excitations_hz, scales
+from .scales import excitations_hz, scales
 from .settings import DiscoverySettings
-from .terms import Term, refits_all
+from .terms import refits_all
 from .windows import Windows, make_windows
 
 Array = NDArray[np.float64]
@@ -66,6 +66,11 @@ class Problem:
         """Whether a load that moves was measured."""
         return len(self.simulator.load_pa) > 0 and not self.standing_load
 
+    def coarse(self, path: PathSpec) -> "Problem":
+        """The same with a path simulated coarsely: enough for its slopes, and to tell which start is the best."""
+        simulator = self.simulator.coarse(path)
+        return self if simulator is self.simulator else replace(self, simulator=simulator)
+
     @property
     def length_s(self) -> float:
         """How long the run lasts."""
@@ -115,8 +120,6 @@ _STANDING = 0.05
 _SETTLING_S = 0.4
 _HARMONICS = 5
 _SETTLING_SHARE = 0.05
-# Slopes over more would lead from one shallow minimum into another.
-_ROUGH_GRAIN = 0.005
 _MANY = 2000
 
 
@@ -224,27 +227,3 @@ def make_problem(
         settings.rough and refits_all(path),
         refits_all(path) and not settings.rough,
     )
-
-
-_OF_SIGNAL = {Quantity.SIGNAL: 1.0, Quantity.PER_SIGNAL: -1.0, Quantity.PER_SIGNAL_SQUARED: -2.0}  # powers of it
-
-
-def unit_of(problem: Problem, parameter: Parameter, at: Attachment) -> float:
-    """The run's range of what a parameter measures, for an effect at a place."""
-    if at is Attachment.INPUT and parameter.quantity in _OF_SIGNAL:
-        return problem.scales[Quantity.INPUT] ** _OF_SIGNAL[parameter.quantity]
-    return problem.scales[parameter.quantity]
-
-
-def effect_term(problem: Problem, index: int, parameter: Parameter, at: Attachment) -> Term:
-    """The term of one effect parameter, bounds scaled by the run."""
-    unit = unit_of(problem, parameter, at)
-    logarithmic = parameter.quantity in (Quantity.INPUT_RATE, Quantity.FREQUENCY)
-    lower, upper = parameter.lower * unit, parameter.upper * unit
-    if parameter.quantity is Quantity.FREQUENCY:
-        # However slow a path, its run shows what its samples can.
-        upper = max(upper, parameter.upper * SAMPLE_S / problem.simulator.sample_time_s)
-    if logarithmic and lower <= 0.0:
-        lower = 1e-4 * upper
-    grain = min(parameter.grain_on(problem.channel), _ROUGH_GRAIN if problem.rough else np.inf)
-    return Term(index, parameter.name, lower, upper, unit, logarithmic, grain=grain)

@@ -200,3 +200,37 @@ def test_a_path_of_one_state_begins_where_it_was_measured_however_fast_it_moved(
     )
     assert moving == pytest.approx(still)
     assert moving[0] == pytest.approx(0.4)
+
+
+def long_run(seconds: float) -> PathSimulator:
+    time = np.arange(round(seconds / SAMPLE_S)) * SAMPLE_S
+    load = 1e6 + 1.5e6 * (1.0 - np.cos(2.0 * np.pi * 0.4 * time))
+    return PathSimulator(Channel.POSITION, SAMPLE_S, np.sin(2.0 * np.pi * 0.7 * time), load, 1e6, 0.0)
+
+
+def test_a_long_run_is_simulated_coarsely_in_half_the_sub_steps_and_does_about_the_same():
+    path = PAPER.paths[Channel.POSITION].model_copy(
+        update={"effects": (EffectSpec(name="cubic_stiffness", parameters={"coefficient": 500.0}),)}
+    )
+    exact = long_run(60.0)
+    coarse = exact.coarse(path)
+    as_it_is, about = exact.simulate(path), coarse.simulate(path)
+    assert 0.0 < np.std(about - as_it_is) < 1e-3 * np.std(as_it_is)
+    assert np.array_equal(coarse._simulate(path, 2), about)
+    assert np.array_equal(exact._simulate(path, 4), as_it_is)
+
+
+def test_what_was_simulated_coarsely_and_as_it_is_is_remembered_together_and_told_apart(monkeypatch):
+    path = PAPER.paths[Channel.POSITION]
+    exact = long_run(60.0)
+    about, as_it_is = exact.coarse(path).simulate(path), exact.simulate(path)
+    monkeypatch.setattr(PathSimulator, "_simulate", None)
+    assert np.array_equal(exact.coarse(path).simulate(path), about)
+    assert np.array_equal(exact.simulate(path), as_it_is)
+
+
+def test_nothing_is_saved_on_a_short_run_or_a_path_of_one_sub_step_a_sample():
+    alone = PathSpec(numerator=[30.0], denominator=[1.0, 25.0])
+    short, long = long_run(24.0), long_run(60.0)
+    assert short.coarse(PAPER.paths[Channel.POSITION]) is short
+    assert long.coarse(alone) is long

@@ -1,7 +1,7 @@
 """One path alone under given voltages and load: what a fit simulates thousands of times."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import Any
 
@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 _FIRST_STATE = 3
 _NONE = np.zeros(0)
 _REMEMBERED = 32_000_000  # bytes of answers: a search comes back to where it was, and moves one part of a path alone
+_LONG = 10_000  # sub-steps: what else an evaluation takes is as long as half of fewer
 _Key = tuple[object, ...]
 
 
@@ -77,7 +78,7 @@ class PathSimulator:
     `voltage_v` (n,), `load_pa` (n,) the pressure that loads a position path (absolute, interpolated within a
     sample) or empty, `rest_pa` the pressure's rest value, `first` the measured output (SI) the run begins at,
     `first_velocity` (SI/s) how fast it then moves; None: it stands. `other_v` (n,): the other path's voltage, which
-    only effects look at.
+    only effects look at. `coarsely`: in half the sub-steps.
     """
 
     channel: Channel
@@ -88,6 +89,7 @@ class PathSimulator:
     first: float
     first_velocity: float | None = None
     other_v: Array | None = None
+    coarsely: bool = False
     _voltages: Array = field(init=False)
     _answers: dict[_Key, Array] = field(init=False, default_factory=dict, compare=False)
 
@@ -102,6 +104,20 @@ class PathSimulator:
     def __reduce__(self) -> tuple[Callable[..., "PathSimulator"], tuple[object, ...]]:
         # A task is packed by a thread beside the search, which goes on remembering: what it remembers stays here.
         return _unpacked, tuple(getattr(self, f.name) for f in fields(self) if f.init)
+
+    def coarse(self, path: PathSpec) -> "PathSimulator":
+        """The same in half the sub-steps; itself where a path needs but one a sample, or a run is soon simulated."""
+        steps = substeps((path,), self.sample_time_s)
+        if steps == 1 or steps * len(self.voltage_v) < _LONG:
+            return self
+        made = replace(self, coarsely=True)
+        # What is remembered tells sub-steps apart.
+        object.__setattr__(made, "_answers", self._answers)
+        return made
+
+    def _steps(self, path: PathSpec) -> int:
+        steps = substeps((path,), self.sample_time_s)
+        return -(-steps // 2) if self.coarsely else steps
 
     def _moving(self, linear: LinearPath, states: Array) -> Array:
         """Least change of the states (n,) that gives the output its first velocity and leaves its value.
@@ -121,11 +137,11 @@ class PathSimulator:
 
         Where a piston meets its stops its place counts, which in open loop drifts.
         """
-        return self._simulate(path, substeps((path,), self.sample_time_s), measured)
+        return self._simulate(path, self._steps(path), measured)
 
     def simulate(self, path: PathSpec) -> Array:
         """Output of the path (SI), shape (n,), standing at `first` at the start."""
-        steps = substeps((path,), self.sample_time_s)
+        steps = self._steps(path)
         away = path.disturbance
         if away is None or not _on_voltage(path):
             return self._answer(path, steps).copy()
