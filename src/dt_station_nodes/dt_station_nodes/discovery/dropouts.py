@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
-from scipy.signal import fftconvolve
 
 from ..core.models import PathSpec
 from .problem import Problem, integrates
@@ -156,7 +155,7 @@ def _foremost(gap: Array, pulse: Array, seen_v: Array, held: bool, longest: int)
     summed up sample by sample for all beginnings at once.
     """
     count = len(gap)
-    told = fftconvolve(gap, pulse[::-1])[len(pulse) - 1 : len(pulse) - 1 + count]
+    told = np.correlate(gap, pulse, "full")[len(pulse) - 1 : len(pulse) - 1 + count]
     alike = np.correlate(pulse, pulse, "full")[len(pulse) - 1 :]
     before = np.concatenate(([0.0], seen_v[:-1])) if held else np.zeros(count)
     # sums over a spell from each beginning: of gap and d's two parts, and of the products of these parts
