@@ -171,3 +171,15 @@ def test_a_pressure_that_answers_less_from_a_voltage_on_may_have_a_relief_valve(
     both = (*path.effects, EffectSpec(name="overflow", parameters={"limit": 3e6}))
     beside = path.model_copy(update={"effects": both})
     assert namesakes(beside, ("asymmetric_gain", "overflow"), channel, SCALES)[0] == ()
+
+
+@pytest.mark.parametrize(("base", "also"), [(0.0, ()), (1.0, ()), (2.5, ("overflow",))])
+def test_a_leak_past_a_piston_that_begins_well_above_rest_may_be_a_relief_valve(
+    base: float, also: tuple[str, ...]
+) -> None:
+    leak = EffectSpec(name="leakage", parameters={"coefficient": 1e-9, "base": base, "opens": 1.0})
+    for channel, expected in ((Channel.POSITION, also), (Channel.PRESSURE, ())):
+        path = PAPER.paths[channel].model_copy(update={"effects": (leak,)})
+        assert namesakes(path, ("leakage",), channel, SCALES) == (expected,)
+    path = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (leak,)})
+    assert namesakes(path, ("overflow", "leakage"), Channel.POSITION, SCALES) == ((), ())

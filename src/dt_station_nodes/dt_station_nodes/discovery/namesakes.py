@@ -19,6 +19,7 @@ _GOES_ON = 0.2  # or beyond which so much goes on
 _UNLIKE = 0.2  # of a lag: by so much more in one direction than on the mean of both it answers that one less
 _WAYS = ("unequal", "closing")
 _ABOVE = 0.2  # of the run's highest voltage: a kink that far up is where something may open
+_CRACKING = 1.5  # times the rest pressure: what nothing leaks at is one that something opens at
 _STAYS = 0.5  # of what comes on top of a relief valve's limit: where more is left, it may be a seal
 
 
@@ -34,7 +35,8 @@ def namesakes(
     whose friction yields before it slides. A valve whose curve bends softly and meets no limit in the run is held
     by a spring that hardens. A pressure that lags more one way is one that fills quicker than it vents. One that
     answers less from some voltage on is one whose relief valve opens there and lets it rise on. A relief valve that
-    leaves most of what comes on top is a seal that gives way.
+    leaves most of what comes on top is a seal that gives way. One past a piston, at a pressure well above that at rest,
+    is a relief valve across its chambers.
     """
     peak = scales[Quantity.INPUT_PEAK]
     found = {effect.name: _names(effect, path, added, channel, peak) for effect in path.effects}
@@ -52,6 +54,8 @@ def _names(
         return ("overflow",)
     if channel is Channel.PRESSURE and _seeps(effect, path) and "leakage" not in added:
         return ("leakage",)
+    if channel is Channel.POSITION and _cracks(effect) and "overflow" not in added:
+        return ("overflow",)
     if channel is Channel.POSITION and effect.name == "overflow" and effect.at is Attachment.OUTPUT:
         return ("saturation",)
     if _swings(effect) and "backlash" not in added:
@@ -111,6 +115,12 @@ def _seeps(effect: EffectSpec, path: PathSpec) -> bool:
     lag_s = path.time_scale * path.denominator[-2] / path.denominator[-1]
     left = valve["weir_s"] / (valve["weir_s"] + lag_s) if effect.place is Attachment.STATE else valve["override"]
     return left > _STAYS
+
+
+def _cracks(effect: EffectSpec) -> bool:
+    """Whether a leak begins at a pressure well above that at rest."""
+    leak = _numbers(effect, "leakage")
+    return leak is not None and leak["base"] > _CRACKING
 
 
 def _swings(effect: EffectSpec) -> bool:
