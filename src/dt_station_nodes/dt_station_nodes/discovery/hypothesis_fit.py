@@ -130,8 +130,8 @@ def fit_hypothesis(
     many of its first numbers have slopes that are worth keeping for a while.
     """
     bounds = hypothesis.bounds
-    residuals, rough = _residuals(problem, hypothesis, mask), problem.coarse(hypothesis.path)
-    coarse = residuals if rough is problem else _residuals(rough, hypothesis, mask)
+    residuals, about = _residuals(problem, hypothesis, mask), problem.coarse(hypothesis.path)
+    coarse = residuals if about is problem else _residuals(about, hypothesis, mask)
     candidates = list(starts) or [hypothesis.start()]
     steps = hypothesis.steps
     if len(candidates) > keep:
