@@ -224,6 +224,7 @@ def test_what_was_simulated_coarsely_and_as_it_is_is_remembered_together_and_tol
     path = PAPER.paths[Channel.POSITION]
     exact = long_run(60.0)
     about, as_it_is = exact.coarse(path).simulate(path), exact.simulate(path)
+    assert not np.array_equal(about, as_it_is)
     monkeypatch.setattr(PathSimulator, "_simulate", None)
     assert np.array_equal(exact.coarse(path).simulate(path), about)
     assert np.array_equal(exact.simulate(path), as_it_is)
