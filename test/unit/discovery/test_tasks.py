@@ -103,6 +103,7 @@ def test_only_a_name_that_leaves_noise_leaves_others_hopeless(full: bool, inside
         ["bias", "dead_zone"] if hopeless else ["friction", "bias", "dead_zone"]
     )
     assert [t.candidate.name for t in far] == (["friction"] if hopeless else [])
+    assert {t.ahead for t in near} == {1.0 if hopeless else 0.0}
 
 
 @pytest.mark.parametrize("full", [True, False])

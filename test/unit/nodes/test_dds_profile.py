@@ -8,6 +8,7 @@ import pytest
 from dt_station_nodes.nodes.configuration import config_dir
 from dt_station_nodes.nodes.dds_profile import use_profile
 
+SPACE = {"d": "http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"}
 NAMES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
 
 
@@ -37,8 +38,15 @@ def test_without_a_configuration_there_is_none(monkeypatch, tmp_path):
     assert not any(name in os.environ for name in NAMES)
 
 
+def test_messages_come_through_sockets():
+    """What a killed process leaves in shared memory can make the one started in its place deaf for good."""
+    root = ElementTree.parse(config_dir() / "dds.xml").find(".//d:participant", SPACE)
+    assert root.get("is_default_profile") == "true"
+    kinds = [kind.tag for kind in root.findall("d:rtps/d:defaultUnicastLocatorList/d:locator/*", SPACE)]
+    assert kinds == [f"{{{SPACE['d']}}}udpv4"]
+
+
 def test_it_asks_readers_what_they_lack_many_times_a_second():
-    space = {"d": "http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"}
-    period = ElementTree.parse(config_dir() / "dds.xml").find(".//d:data_writer/d:times/d:heartbeatPeriod", space)
-    assert int(period.findtext("d:sec", namespaces=space)) == 0
-    assert int(period.findtext("d:nanosec", namespaces=space)) <= 100_000_000
+    period = ElementTree.parse(config_dir() / "dds.xml").find(".//d:data_writer/d:times/d:heartbeatPeriod", SPACE)
+    assert int(period.findtext("d:sec", namespaces=SPACE)) == 0
+    assert int(period.findtext("d:nanosec", namespaces=SPACE)) <= 100_000_000

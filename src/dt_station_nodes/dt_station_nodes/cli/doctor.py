@@ -100,7 +100,7 @@ def _executables() -> list[Path]:
 
 
 def machine() -> Iterator[Finding]:
-    """Cores, disk, and the shared memory that the middleware sends through."""
+    """Cores, disk, and the shared memory that the middleware lays out for each process."""
     yield Finding("cores", str(len(os.sched_getaffinity(0))))
     disk = shutil.disk_usage(Path.cwd()).free
     yield Finding("free disk", f"{disk / 1e9:.1f} GB", disk > DISK_BYTES, "recordings need room; free some")

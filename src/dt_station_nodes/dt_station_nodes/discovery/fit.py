@@ -42,13 +42,13 @@ class Fitted:
         jacobian = self.jacobian.copy()
         jacobian[:, list(held)] = 0.0
         scale = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-100)
-        normal = _gram(jacobian / scale)
+        normal = gram(jacobian / scale)
         variance = self.cost / max(of - p, 1) * (of / max(samples, 1.0))
         inverse = np.linalg.pinv(normal + 1e-12 * np.eye(p), hermitian=True)
         return inverse * variance / np.outer(scale, scale)
 
 
-def _gram(jacobian: Array) -> Array:
+def gram(jacobian: Array) -> Array:
     """J^T J without BLAS: its threads, waiting for each other, cost more than the sum on a busy machine."""
     return np.einsum("ij,ik->jk", jacobian, jacobian)
 
@@ -121,7 +121,7 @@ def least_squares(
         free = ~(((x <= lower) & (gradient > 0.0)) | ((x >= upper) & (gradient < 0.0)))
         if not free.any():
             break
-        normal = _gram(jacobian[:, free])
+        normal = gram(jacobian[:, free])
         diagonal = np.maximum(np.diag(normal), 1e-12 * max(float(np.diag(normal).max()), 1e-300))
         before = cost
         for _attempt in range(6):

@@ -17,6 +17,7 @@ from .hypothesis_fit import Group, fit_groups, fit_hypothesis
 from .mode_starts import mode_starts
 from .parsimony import as_near, at_usual, without
 from .refinements import ANSWER, GRIP, Refinements, refined_starts, refinements, step_starts
+from .score_test import effects_of, far_behind, gain, hopeless, least_cost
 from .selection import Bench, Explanation, penalised
 from .sequence import in_sequence
 from .start_groups import by_form, unbent, unlike
@@ -38,7 +39,7 @@ from .tasks import (
 
 Array = NDArray[np.float64]
 _Names = tuple[str, ...]
-_Steps = tuple[list[Explanation], dict[str, Explanation]]
+_Steps = tuple[list[Explanation], dict[str, Explanation], bool]
 
 SEEN = 1.3  # times the best glance's cost: what will not get below it is not worth its way
 _MANY = 4  # starts to follow of a contact that grips
@@ -82,32 +83,45 @@ def _refined(bench: Bench, task: Task) -> Task:
     forms = refinements(bench.problem, path, task.candidate, left, timed, bench.nominal, not task.base.added)
     if not forms.names:
         return task
-    ones, alone = _stepped(bench, task, path, forms)
+    ones, alone, hope = _stepped(bench, task, task.seen, forms)
     usual = at_usual(bench, task.candidate.name, alone)
     ones += [*usual, *(_begun(bench, task, forms, (), form.fit.path) for form in usual if forms.begins)]
     if task.other is not None:
-        ones += _stepped(bench, task, task.other.fit.path, forms)[0]
+        further, _, other_hope = _stepped(bench, task, task.other, forms)
+        ones, hope = [*ones, *further], hope or other_hope
     # Where noise is all that is left, a mode is found without; else the base is bent and its minima are shallow.
     modes = mode_starts(bench.problem, task.base.fit.path, task.candidate) if bench.rough else []
     paths = [*(e.fit.path for e in ones), *refined_starts(path, forms), *modes]
-    if bench.rough or not forlorn(task, ones):
+    if bench.rough or (hope and not forlorn(task, ones)):
         ones.append(_form(bench, task, forms.names, paths, bench.iterations, 3))
     return replace(task, finer=(*task.finer, *(bench.judged(e) for e in ones)))
 
 
-def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _Steps:
-    """The best step of refinement from a plain form's `path`, others that it must not keep out; and those of one."""
+def _stepped(bench: Bench, task: Task, plain: Explanation, forms: Refinements) -> _Steps:
+    """The best step of refinement from a plain form, others that it must not keep out; and those of one number.
+
+    A step that could not bring a form that is far behind near what is ahead of it is not followed; at the end,
+    whether all of them together could.
+    """
     few = 1 if bench.rough else 2
     steps: dict[_Names, Explanation] = {}
-    timing = tuple(forms.timing)
+    path, behind, gains = plain.fit.path, far_behind(bench, plain, task.ahead), 0.0
+    timing, heat = tuple(forms.timing), tuple(forms.heat)
     for names in forms.steps:
+        starts = step_starts(path, forms, names)
+        if behind and names not in {timing, heat, GRIP} and ANSWER not in names:
+            changes = effects_of(bench, plain.fit, task.candidate.name, names, starts)
+            promised = gain(bench, plain, least_cost(plain.fit, changes))
+            if hopeless(promised, behind):
+                gains += promised
+                continue
         # A few steps do not tell when something comes from how, nor lead from a spring to a stiffer one that is late.
         iterations = bench.iterations if names == timing or ANSWER in names else 4
         keep = _MANY if names in {GRIP, timing} else few
-        steps[names] = _form(bench, task, names, step_starts(path, forms, names), iterations, keep)
+        steps[names] = _form(bench, task, names, starts, iterations, keep)
+    gains += sum(gain(bench, plain, step.fit.fitted.cost) for step in steps.values()) if behind else 0.0
     # A grip has many starts: what a contact does otherwise is not to be lost behind it; and under a steady voltage what
     # heats nearly settles: which is the likelier is no matter of their costs.
-    heat = tuple(forms.heat)
     grip, warm = steps.pop(GRIP, None), steps.pop(heat, None)
 
     def followed(names: tuple[str, ...], step: Explanation) -> Explanation:
@@ -124,7 +138,8 @@ def _stepped(bench: Bench, task: Task, path: PathSpec, forms: Refinements) -> _S
     for other in (grip, warm and followed(heat, warm)):
         if other is not None and all(other.fit.fitted.cost < one.fit.fitted.cost for one in ones):
             ones.append(other)
-    return ones, {names[0]: e for names, e in steps.items() if len(names) == 1}
+    alone = {names[0]: e for names, e in steps.items() if len(names) == 1}
+    return ones, alone, not (behind and hopeless(gains, behind))
 
 
 def _begun(bench: Bench, task: Task, forms: Refinements, names: _Names, path: PathSpec) -> Explanation:

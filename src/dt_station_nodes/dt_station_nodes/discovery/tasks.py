@@ -22,8 +22,8 @@ SETTLED = 2.0  # times the cost of the best: what misses the run by more is not 
 class Task:
     """One more effect on a base; `seen`: the plain form found, `other`: its other form, `finer`: refined ones.
 
-    What will not get below the cost of a `rival` is not followed to its end; what costs more is not settled. `known`:
-    what its starts cost.
+    What will not get below the cost of a `rival` is not followed to its end; what costs more is not settled. `ahead`:
+    the cost of a plain form that leaves nothing but noise, 0 where none does. `known`: what its starts cost.
     """
 
     base: Explanation
@@ -32,6 +32,7 @@ class Task:
     other: Explanation | None = None
     finer: tuple[Explanation, ...] = ()
     rival: float = np.inf
+    ahead: float = 0.0
     known: Costs = field(default_factory=dict, compare=False)
 
     @property
@@ -125,7 +126,8 @@ def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
     def near(task: Task) -> bool:
         return _least(task) <= best * (HOPELESS if task.candidate.name in foremost else OUTRUN)
 
-    return [task for task in tasks if near(task)], [task for task in tasks if not near(task)]
+    ahead = best if np.isfinite(best) else 0.0
+    return [replace(task, ahead=ahead) for task in tasks if near(task)], [task for task in tasks if not near(task)]
 
 
 def told_apart(tasks: Sequence[Task]) -> list[Task]:
