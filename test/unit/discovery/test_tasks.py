@@ -1,5 +1,6 @@
 """What a search follows of all that it tries at once."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -21,6 +22,7 @@ from dt_station_nodes.discovery.tasks import (
     done_again,
     each,
     forlorn,
+    in_turn,
     to_settle,
     told_apart,
     within_reach,
@@ -36,6 +38,12 @@ def explained(
 
 
 BASE = explained(1e3)
+
+
+def bench_of(rough: bool = False) -> Bench:
+    bench = SimpleNamespace(rough=rough, workers=ALONE, progress=None)
+    bench.alone = bench
+    return cast("Bench", bench)
 
 
 def task(
@@ -107,6 +115,37 @@ def test_only_a_name_that_leaves_noise_leaves_others_hopeless(full: bool, inside
 
 
 @pytest.mark.parametrize("full", [True, False])
+def test_the_foremost_two_are_refined_first_and_the_others_held_against_what_these_come_to(full: bool) -> None:
+    tasks = [task("friction", 9.0), task("bias", 5.0), task("backlash", 8.0), task("dead_zone", 6.0)]
+    seen: list[tuple[str, float]] = []
+
+    def work(_: Bench, one: Task) -> Task:
+        seen.append((one.candidate.name, one.ahead))
+        cost = 2.0 if one.candidate.name == "dead_zone" else 4.0
+        return replace(one, finer=(explained(cost, full=full),))
+
+    done = in_turn(bench_of(), work, tasks, [])
+    ahead = 2.0 if full else 0.0
+    assert seen == [("bias", 0.0), ("dead_zone", 0.0), ("friction", ahead), ("backlash", ahead)]
+    assert [one.candidate.name for one in done] == [one.candidate.name for one in tasks]
+    assert all(one.finer for one in done)
+    assert in_turn(bench_of(), work, [], []) == []
+
+
+def test_what_the_foremost_came_to_is_kept_when_the_others_are_interrupted() -> None:
+    tasks = [task("friction", 9.0), task("bias", 5.0), task("dead_zone", 6.0)]
+
+    def work(_: Bench, one: Task) -> Task:
+        if one.candidate.name == "friction":
+            raise KeyboardInterrupt
+        return replace(one, seen=explained(1.0))
+
+    with pytest.raises(StoppedError) as stop:
+        in_turn(bench_of(), work, tasks, tasks)
+    assert [e.fit.fitted.cost for e in stop.value.found] == [9.0, 5.0, 6.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("full", [True, False])
 def test_what_is_behind_many_names_is_given_up_sooner(full: bool) -> None:
     best = Task(BASE, Candidate("bias"), seen=explained(1.0, full=full))
     others = [task(f"name {i}", 1.1 * OUTRUN + i) for i in range(FOREMOST - 1)]
@@ -119,8 +158,6 @@ def test_what_is_behind_many_names_is_given_up_sooner(full: bool) -> None:
 def test_a_search_that_is_stopped_gives_what_it_knew(rough: bool, known: list[float]) -> None:
     """On rough data a glance judges nothing: only what blocks held out have judged is known."""
     results = {"friction": explained(5.0), "dead_zone": explained(4.0, held=True)}
-    bench = SimpleNamespace(rough=rough, workers=ALONE, progress=None)
-    bench.alone = bench
 
     def work(_: Bench, one: Task) -> Task:
         if one.candidate.name not in results:
@@ -129,27 +166,23 @@ def test_a_search_that_is_stopped_gives_what_it_knew(rough: bool, known: list[fl
 
     tasks = [Task(BASE, Candidate(name)) for name in ("friction", "dead_zone", "bias", "delay")]
     with pytest.raises(StoppedError) as stopped:
-        each(cast("Bench", bench), work, tasks)
+        each(bench_of(rough), work, tasks)
     assert [e.fit.fitted.cost for e in stopped.value.found] == known
 
 
 def test_what_was_done_before_is_known_when_it_is_stopped() -> None:
-    bench = SimpleNamespace(rough=False, workers=ALONE, progress=None)
-    bench.alone = bench
 
     def work(_: Bench, __: Task) -> Task:
         raise KeyboardInterrupt
 
     done = [task("bias", 3.0), task("delay", 4.0)]
     with pytest.raises(StoppedError) as stopped:
-        each(cast("Bench", bench), work, done[:1], before=done)
+        each(bench_of(), work, done[:1], before=done)
     assert [e.fit.fitted.cost for e in stopped.value.found] == [3.0, 4.0]
 
 
 @pytest.mark.parametrize(("behind", "again"), [(0.9, True), (1.1, False)])
 def test_what_another_name_outruns_is_not_done_again(behind: float, again: bool) -> None:
-    bench = SimpleNamespace(rough=False, workers=ALONE, progress=None)
-    bench.alone = bench
     best = Task(BASE, Candidate("bias"), seen=explained(1.0, full=True))
     before = [task("friction", 7.0), task("bias", 9.0), task("delay", 8.0)]
     done = [task("friction", behind * OUTRUN), best, task("delay", 2.0)]
@@ -158,7 +191,7 @@ def test_what_another_name_outruns_is_not_done_again(behind: float, again: bool)
         assert one is before[0]
         return task("friction", 0.5)
 
-    result = done_again(cast("Bench", bench), work, before, done, lambda _, t: t.candidate.name == "friction")
+    result = done_again(bench_of(), work, before, done, lambda _, t: t.candidate.name == "friction")
     costs = [t.seen.fit.fitted.cost for t in result if t.seen]
     assert costs == [0.5 if again else behind * OUTRUN, 1.0, 2.0]
     assert result[1:] == done[1:]

@@ -15,7 +15,8 @@ Array = NDArray[np.float64]
 
 _TIMES = 6.0  # what numbers bring beyond what the test says, as they act otherwise than their slopes
 _ROOM = 60.0  # and beyond that, twice a log-likelihood ratio
-_ALIKE = 1e-10  # of the largest eigenvalue: what numbers change so much alike is one change
+_ALIKE = 1.15  # times the cost of what leaves noise: what leaves no more may be a peer of it
+_SAME = 1e-10  # of the largest eigenvalue: what numbers change so much alike is one change
 _NOTHING = 1e-9  # of what is left: what moves the output by less changes nothing
 
 
@@ -41,7 +42,7 @@ def least_cost(fit: Fit, changes: Array) -> float:
     basis = np.column_stack([slopes, more])
     basis = basis / np.maximum(np.sqrt(np.einsum("ij,ij->j", basis, basis)), 1e-300)
     along = np.einsum("ij,i->j", basis, left)
-    return fit.fitted.cost - float(along @ np.linalg.lstsq(gram(basis), along, rcond=_ALIKE)[0])
+    return fit.fitted.cost - float(along @ np.linalg.lstsq(gram(basis), along, rcond=_SAME)[0])
 
 
 def gain(bench: Bench, form: Explanation, cost: float) -> float:
@@ -53,7 +54,7 @@ def far_behind(bench: Bench, form: Explanation, ahead: float) -> float:
     """How far a form is behind one of cost `ahead` beyond what chance brings, twice the log-likelihood ratio; or 0."""
     if bench.rough or ahead <= 0.0:
         return 0.0
-    return max(gain(bench, form, ahead) - _ROOM, 0.0)
+    return max(gain(bench, form, _ALIKE * ahead) - _ROOM, 0.0)
 
 
 def hopeless(gains: float, behind: float) -> bool:

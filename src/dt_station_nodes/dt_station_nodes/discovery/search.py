@@ -32,6 +32,7 @@ from .tasks import (
     each,
     forlorn,
     forms_of,
+    in_turn,
     to_settle,
     told_apart,
     within_reach,
@@ -207,7 +208,7 @@ def scan(
     plain = against(done_again(bench, partial(_plain, far=True), chosen, plain, _on_wrong_stairs))
     near, far = within_reach(plain)
     finer, others = best_of(near, finest) if finest < most else (near, [])
-    found = to_settle([*each(bench, _refined, finer, before=plain), *others, *far], reached)
+    found = to_settle([*in_turn(bench, _refined, finer, before=plain), *others, *far], reached)
     fitted = each(bench, _settled, found, before=found)
     return sorted(distinct(bench, [t.seen for t in fitted if t.seen]), key=lambda e: (e.fit.fitted.cost, e.added))
 

@@ -13,6 +13,7 @@ from .selection import Bench, Explanation
 HOPELESS = 50.0  # times the cost of the best where that is all there is: no refinement makes up for so much
 OUTRUN = 8.0  # the same for what is behind so many names
 FOREMOST = 10
+LEADERS = 2  # whose refined forms the others' are held against
 _SAME_GLANCE = 1e-3  # of the cost: so near, the same is found again
 _FORLORN = 4.0  # times the cost of a rival
 SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
@@ -23,7 +24,7 @@ class Task:
     """One more effect on a base; `seen`: the plain form found, `other`: its other form, `finer`: refined ones.
 
     What will not get below the cost of a `rival` is not followed to its end; what costs more is not settled. `ahead`:
-    the cost of a plain form that leaves nothing but noise, 0 where none does. `known`: what its starts cost.
+    the cost of a form that leaves nothing but noise, 0 where none does. `known`: what its starts cost.
     """
 
     base: Explanation
@@ -120,14 +121,25 @@ def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
 
     One that is never named leaves the question open how near the others get.
     """
-    best = _least_full(tasks)
+    best, ahead = _least_full(tasks), _ahead(tasks)
     foremost = list(dict.fromkeys(task.candidate.name for task in sorted(tasks, key=_least)))[:FOREMOST]
 
     def near(task: Task) -> bool:
         return _least(task) <= best * (HOPELESS if task.candidate.name in foremost else OUTRUN)
 
-    ahead = best if np.isfinite(best) else 0.0
     return [replace(task, ahead=ahead) for task in tasks if near(task)], [task for task in tasks if not near(task)]
+
+
+def in_turn(
+    bench: Bench, work: Callable[[Bench, Task], Task], tasks: Sequence[Task], before: Sequence[Task]
+) -> list[Task]:
+    """All tasks' results in their order, the foremost two first: what these come to is `ahead` of the others."""
+    places = sorted(range(len(tasks)), key=lambda i: (_least(tasks[i]), i))
+    first, others = places[:LEADERS], sorted(places[LEADERS:])
+    led = each(bench, work, [tasks[i] for i in first], before=before)
+    rest = [replace(tasks[i], ahead=_ahead([*tasks, *led])) for i in others]
+    done = dict(zip(first + others, [*led, *each(bench, work, rest, before=[*before, *led])], strict=True))
+    return [done[i] for i in range(len(tasks))]
 
 
 def told_apart(tasks: Sequence[Task]) -> list[Task]:
@@ -155,6 +167,12 @@ def _least_full(tasks: Sequence[Task]) -> float:
     """The least cost of a name that leaves nothing but noise; infinite without one."""
     forms = (form for task in tasks for form in forms_of(task))
     return min((form.fit.fitted.cost for form in forms if form.inside and form.fit.full), default=np.inf)
+
+
+def _ahead(tasks: Sequence[Task]) -> float:
+    """The same; 0 without one."""
+    least = _least_full(tasks)
+    return least if np.isfinite(least) else 0.0
 
 
 def _cost(task: Task) -> float:
