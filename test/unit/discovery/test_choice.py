@@ -84,6 +84,25 @@ def test_what_explains_little_of_the_noise_power_is_the_form_of_the_effect_befor
     assert best.added == (("delay", "rate_limit") if both else ("delay",))
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "fewer", "both"),
+    [(0.2, 0.02, 1, True), (0.2, 0.02, 0, False), (0.2, 0.04, 1, False), (0.04, 0.0, 1, False)],
+)
+def test_the_form_of_one_effect_takes_no_more_numbers_than_a_second_that_explains_it(
+    fitted: tuple[Measure, Explanation], before: float, after: float, fewer: int, both: bool
+) -> None:
+    null, one = leaving(fitted, 1000.0), leaving(fitted, before, "delay")
+    two = leaving(fitted, after, "delay", "rate_limit")
+    kept, fit = slice(two.fit.freedoms - fewer), two.fit
+    plainer = replace(
+        fit,
+        hypothesis=replace(fit.hypothesis, terms=fit.hypothesis.terms[kept]),
+        fitted=replace(fit.fitted, x=fit.fitted.x[kept], jacobian=fit.fitted.jacobian[:, kept]),
+    )
+    best = best_set(null, [null, one, replace(two, fit=plainer)], fitted[0])
+    assert best.added == (("delay", "rate_limit") if both else ("delay",))
+
+
 @pytest.mark.parametrize(("times", "seen"), [(1.5, False), (2.5, True)])
 def test_a_gap_of_the_size_of_what_is_neglected_is_none(
     fitted: tuple[Measure, Explanation], times: float, seen: bool

@@ -227,6 +227,55 @@ def test_of_two_sets_as_good_both_are_exchanged_unless_all_were_fitted_refined(
     assert len(leaders) == taken_apart
 
 
+@pytest.mark.parametrize(("left", "behind", "taken_apart"), [(0.0, 150.0, 1), (1.0, 150.0, 2), (1.0, 2000.0, 1)])
+def test_of_two_sets_that_both_miss_much_the_one_a_little_behind_is_exchanged_too(
+    singles: tuple[Bench, Explanation, list[Explanation]],
+    monkeypatch: pytest.MonkeyPatch,
+    left: float,
+    behind: float,
+    taken_apart: int,
+) -> None:
+    """A little of what the first of them misses: with it their forms differ, not what they say of the run."""
+    bench, null, found = singles
+    power = float(null.fit.residual @ null.fit.residual)
+    first, single = (replace(e, powers=(100.0 * power,)) for e in (null, found[1]))
+    pairs = []
+    for name, number in (("bias", "bias_v"), ("delay", "delay_s")):
+        fit = replace(single.fit, path=add_effect(single.fit.path, Candidate(name), {number: 0.1}))
+        pairs.append(replace(single, added=(*single.added, name), fit=fit, powers=(left * power,)))
+    measure = take_measure(bench, [first, single, *pairs])
+    missed = measure.missed_by(pairs[0])
+    assert (growth.LEAD * missed > behind) is (taken_apart == 2)
+    # as far behind as it is to be
+    worse = replace(pairs[1], powers=(pairs[1].powers[0] + 1.0,))
+    low, high = pairs[1].powers[0], 1e6 * power
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        worse = replace(pairs[1], powers=(middle,))
+        low, high = (low, middle) if measure.score(worse) - measure.score(pairs[0]) > behind else (middle, high)
+    leaders: list[Explanation] = []
+    monkeypatch.setattr(growth, "parts", lambda _bench, leader: leaders.append(leader) or [])
+    Growth(bench, first, [first, single, pairs[0], worse], 3)._exchange()
+    assert len(leaders) == taken_apart
+
+
+def test_each_part_of_a_set_is_the_base_of_others_by_itself(
+    singles: tuple[Bench, Explanation, list[Explanation]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside a part that explains nearly all, nothing added to the other would be looked at."""
+    bench, null, found = singles
+    power = float(null.fit.residual @ null.fit.residual)
+    first, single = (replace(e, powers=(100.0 * power,)) for e in (null, found[1]))
+    path = add_effect(single.fit.path, Candidate("delay"), {"delay_s": 0.1})
+    pair = replace(single, added=(*single.added, "delay"), fit=replace(single.fit, path=path), powers=(0.0,))
+    one, other = (replace(single, added=(name,)) for name in pair.added)
+    scanned: list[list[Explanation]] = []
+    monkeypatch.setattr(growth, "scan", lambda _bench, bases, *_: scanned.append(bases) or [])
+    monkeypatch.setattr(growth, "parts", lambda *_: [one, other])
+    Growth(bench, first, [first, single, pair], 3)._exchange()
+    assert [list(map(id, bases)) for bases in scanned] == [[id(one)], [id(other)]]
+
+
 @pytest.mark.parametrize("better", [True, False])
 def test_what_takes_the_place_of_another_is_exchanged_in_its_turn(
     singles: tuple[Bench, Explanation, list[Explanation]], monkeypatch: pytest.MonkeyPatch, better: bool

@@ -11,7 +11,7 @@ from .choice import alternatives, best_set, certain, hides, rivals_with, with_na
 from .distinct import distinct
 from .doubts import DOUBT_SHARE, LEFT_NOISE, doubted
 from .growth import MOST, Growth
-from .measure import take_measure
+from .measure import LEAD, take_measure
 from .neighbours import lessened
 from .noise import whiteness
 from .parsimony import simplified, told_exactly
@@ -43,7 +43,6 @@ REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
 ALIKE = 1.25  # times what the best leaves beyond noise is as good where that is much,
 TOLD = 12.0  # twice a log-likelihood ratio: forms are never quite the rig's, so a smaller one tells no two apart
-LEAD = 0.2  # or where one leads by less than this of what the best misses, both twice a log-likelihood ratio
 FAINT = 0.03  # of the noise power, left by a name: its form is not quite the rig's,
 FAINT_ALIKE = 4.0  # and one that leaves so many times as much may be nearer to it in kind
 NEEDED = 4.0  # times as much is left by all that does without the set: it is there, if not alone

@@ -181,8 +181,11 @@ def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Me
         return before - after > ROUGH_GAIN * measure.left(own)
     if hides(best, leader):
         return True
-    if before - after <= WORTH_NOISE * measure.noise or not _evident(best, leader, measure):
+    if not _evident(best, leader, measure):
         return False
+    if before - after <= WORTH_NOISE * measure.noise:
+        # Unless it is the plainer of the two, and takes nearly all of it away.
+        return after <= FAINT_LEAVES * before and leader.fit.freedoms < best.fit.freedoms
     if before < measure.noise and before - after < WORTH_SAYING * measure.left(null):
         # A mended form leaves much of it, what was missing takes most of it away.
         return after <= FAINT_LEAVES * before

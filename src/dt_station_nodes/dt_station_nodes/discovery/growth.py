@@ -4,7 +4,7 @@ import numpy as np
 
 from .choice import ENOUGH_TO_NAME, NEXT_LEAVES, WORTH_NOISE, could_add, hides
 from .distinct import distinct
-from .measure import Measure, take_measure
+from .measure import LEAD, Measure, take_measure
 from .neighbours import parts, reduced
 from .recurring import recurring
 from .search import scan
@@ -163,12 +163,15 @@ class Growth:
         # One a little behind may have grown from a form of its first effect that the second makes needless; where all
         # that is fitted is fitted refined, none has.
         foremost = larger[: 1 if measure.rough else 2]
-        near = [e for e in foremost if measure.score(e) - measure.score(larger[0]) < _NEAR]
+        behind = max(_NEAR, LEAD * measure.missed_by(larger[0]))
+        near = [e for e in foremost if measure.score(e) - measure.score(larger[0]) < behind]
         for explanation in near:
             self._exchanged[tuple(sorted(explanation.added))] = explanation
             # Every candidate in place of each effect: the order they were found in may have misled the search.
-            bases = parts(self._bench, explanation)
-            self._scan([base for base in bases if not self._alike(base, measure)], measure)
+            # Apart: beside one that explains nearly all by itself, what the other is the base of is never looked at.
+            for base in parts(self._bench, explanation):
+                if not self._alike(base, measure):
+                    self._scan([base], measure)
         self._known[:] = distinct(self._bench, self._known)
 
     def _foremost(self) -> tuple[str, ...]:

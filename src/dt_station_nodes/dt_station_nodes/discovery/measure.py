@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from .selection import Bench, Explanation, penalised
 
 FAR_OFF = 4.0  # priors of the nominal parameters, twice the log: one of them off by 2.6 of their widths
+LEAD = 0.2  # of what the best misses, both twice a log-likelihood ratio: one that leads by less leads by its form
 SEEN = 2.0  # times what no one would call a gap: less is none
 
 
