@@ -8,7 +8,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec
 from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
-from dt_station_nodes.discovery.odds import LATE, SHARP_LOOP, UNUSUAL, UPHILL, against, creeps_uphill
+from dt_station_nodes.discovery.odds import LATE, SHARP_LOOP, UNUSUAL, UNUSUAL_FORMS, UPHILL, against, creeps_uphill
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PATHS = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8")).paths
@@ -62,3 +62,9 @@ def test_a_leak_behind_the_pressure_is_as_rare_as_a_spring_there_and_rarer_than_
 def test_a_loop_with_corners_is_rarer_than_a_round_one() -> None:
     assert odds(Channel.POSITION, "hysteresis", half_width_v=0.2) == SHARP_LOOP
     assert odds(Channel.POSITION, "hysteresis", half_width_v=0.2, spread=0.5) == 0.0
+
+
+def test_a_line_that_throws_back_what_passes_is_rarer_than_one_that_does_not() -> None:
+    thrown, plain = (odds(Channel.POSITION, "delay", delay_s=0.03, echo=share) for share in (0.4, 0.0))
+    assert thrown - plain == UNUSUAL_FORMS["delay", "echo"] > 0.0
+    assert odds(Channel.POSITION, "extra_lag", time_constant_s=0.03, second_s=0.02) == plain
