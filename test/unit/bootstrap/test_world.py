@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bootstrap.world import World, current_world, sourced_ros, variables
+from bootstrap.world import World, blas_kernel, current_world, sourced_ros, variables
 
 ROOT = Path("/checkout")
 WHEELS = World(ROOT, Path("/usr/bin/python3.11"), (3, 11))
@@ -65,6 +65,27 @@ def test_a_start_inside_a_start_changes_nothing():
 def test_the_users_own_settings_win():
     env = variables(WHEELS, {"ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "NUMBA_CACHE_DIR": "/mine"})
     assert (env["ROS_AUTOMATIC_DISCOVERY_RANGE"], env["NUMBA_CACHE_DIR"]) == ("SUBNET", "/mine")
+
+
+@pytest.mark.parametrize(
+    ("text", "kernel"),
+    [
+        ("flags\t\t: fpu fma avx avx2 avx512f\n", "Haswell"),
+        ("flags\t\t: fpu fma avx\n", None),
+        ("Features\t: fp asimd\n", None),
+    ],
+)
+def test_linear_algebra_is_the_same_on_all_machines_that_have_its_kernels(tmp_path, text, kernel):
+    (tmp_path / "cpuinfo").write_text(f"processor\t: 0\n{text}")
+    assert blas_kernel(tmp_path / "cpuinfo") == kernel
+    assert blas_kernel(tmp_path / "none") is None
+
+
+def test_programs_are_told_which_kernels_to_use(monkeypatch):
+    for kernel in ("Haswell", None):
+        monkeypatch.setattr("bootstrap.world.blas_kernel", lambda kernel=kernel: kernel)
+        assert variables(WHEELS, {}).get("OPENBLAS_CORETYPE") == kernel
+    assert variables(WHEELS, {"OPENBLAS_CORETYPE": "Zen"})["OPENBLAS_CORETYPE"] == "Zen"
 
 
 def test_bytecode_is_kept_even_where_the_caller_keeps_none(tmp_path):
