@@ -139,7 +139,8 @@ def blas_kernel(cpu: Path = CPU) -> str | None:
     With wider ones sums come out otherwise in the last digit, and a search that hangs on one ends elsewhere.
     """
     try:
-        flags = next(line for line in cpu.read_text().splitlines() if line.startswith("flags"))
+        with cpu.open() as lines:
+            flags = next(line for line in lines if line.startswith("flags"))
     except (OSError, StopIteration):
         return None
     return "Haswell" if {"avx2", "fma"} <= set(flags.split()) else None

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import optimize
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -180,16 +181,25 @@ def test_a_pair_is_reduced_and_exchanged_before_it_gets_a_third(
     assert part or len(done) == 1
 
 
+def paired(singles: tuple[Bench, Explanation, list[Explanation]], left: float = 0.0) -> list[Explanation]:
+    """A null and a single effect that leave a hundred times what the null does, and two pairs that leave `left`."""
+    _, null, found = singles
+    power = float(null.fit.residual @ null.fit.residual)
+    first, single = (replace(e, powers=(100.0 * power,)) for e in (null, found[1]))
+    pairs = []
+    for name, number in (("bias", "bias_v"), ("delay", "delay_s")):
+        fit = replace(single.fit, path=add_effect(single.fit.path, Candidate(name), {number: 0.1}))
+        pairs.append(replace(single, added=(*single.added, name), fit=fit, powers=(left * power,)))
+    return [first, single, *pairs]
+
+
 @pytest.mark.parametrize(("share", "again"), [(0.05, False), (0.2, True)])
 def test_no_effect_is_exchanged_on_what_leaves_the_same_as_what_each_was_added_to(
     singles: tuple[Bench, Explanation, list[Explanation]], monkeypatch: pytest.MonkeyPatch, share: float, again: bool
 ) -> None:
     """Of the noise power, between the two: a form found beside another effect may be another."""
-    bench, null, found = singles
-    power = float(null.fit.residual @ null.fit.residual)
-    first, single = (replace(e, powers=(100.0 * power,)) for e in (null, found[1]))
-    path = add_effect(single.fit.path, Candidate("delay"), {"delay_s": 0.1})
-    pair = replace(single, added=(*single.added, "delay"), fit=replace(single.fit, path=path), powers=(0.0,))
+    bench = singles[0]
+    first, single, _, pair = paired(singles)
     known = [first, single, pair]
     measure = take_measure(bench, known)
     count = len(bench.problem.measured)
@@ -213,14 +223,8 @@ def test_of_two_sets_as_good_both_are_exchanged_unless_all_were_fitted_refined(
     rough: bool,
     taken_apart: int,
 ) -> None:
-    alone, null, found = singles
-    bench = replace(alone, problem=replace(alone.problem, rough=rough))
-    power = float(null.fit.residual @ null.fit.residual)
-    first, single = (replace(e, powers=(100.0 * power,)) for e in (null, found[1]))
-    pairs = []
-    for name, number in (("bias", "bias_v"), ("delay", "delay_s")):
-        fit = replace(single.fit, path=add_effect(single.fit.path, Candidate(name), {number: 0.1}))
-        pairs.append(replace(single, added=(*single.added, name), fit=fit, powers=(0.0,)))
+    bench = replace(singles[0], problem=replace(singles[0].problem, rough=rough))
+    first, single, *pairs = paired(singles)
     leaders: list[Explanation] = []
     monkeypatch.setattr(growth, "parts", lambda _bench, leader: leaders.append(leader) or [])
     Growth(bench, first, [first, single, *pairs], 3)._exchange()
@@ -236,23 +240,17 @@ def test_of_two_sets_that_both_miss_much_the_one_a_little_behind_is_exchanged_to
     taken_apart: int,
 ) -> None:
     """A little of what the first of them misses: with it their forms differ, not what they say of the run."""
-    bench, null, found = singles
-    power = float(null.fit.residual @ null.fit.residual)
-    first, single = (replace(e, powers=(100.0 * power,)) for e in (null, found[1]))
-    pairs = []
-    for name, number in (("bias", "bias_v"), ("delay", "delay_s")):
-        fit = replace(single.fit, path=add_effect(single.fit.path, Candidate(name), {number: 0.1}))
-        pairs.append(replace(single, added=(*single.added, name), fit=fit, powers=(left * power,)))
+    bench = singles[0]
+    first, single, *pairs = paired(singles, left)
     measure = take_measure(bench, [first, single, *pairs])
     missed = measure.missed_by(pairs[0])
     assert (growth.LEAD * missed > behind) is (taken_apart == 2)
-    # as far behind as it is to be
-    worse = replace(pairs[1], powers=(pairs[1].powers[0] + 1.0,))
-    low, high = pairs[1].powers[0], 1e6 * power
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        worse = replace(pairs[1], powers=(middle,))
-        low, high = (low, middle) if measure.score(worse) - measure.score(pairs[0]) > behind else (middle, high)
+
+    def lead(power: float) -> float:
+        return measure.score(replace(pairs[1], powers=(power,))) - measure.score(pairs[0])
+
+    most = 1e3 * first.powers[0]
+    worse = replace(pairs[1], powers=(optimize.brentq(lambda power: lead(power) - behind, pairs[1].powers[0], most),))
     leaders: list[Explanation] = []
     monkeypatch.setattr(growth, "parts", lambda _bench, leader: leaders.append(leader) or [])
     Growth(bench, first, [first, single, pairs[0], worse], 3)._exchange()
@@ -263,11 +261,8 @@ def test_each_part_of_a_set_is_the_base_of_others_by_itself(
     singles: tuple[Bench, Explanation, list[Explanation]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Beside a part that explains nearly all, nothing added to the other would be looked at."""
-    bench, null, found = singles
-    power = float(null.fit.residual @ null.fit.residual)
-    first, single = (replace(e, powers=(100.0 * power,)) for e in (null, found[1]))
-    path = add_effect(single.fit.path, Candidate("delay"), {"delay_s": 0.1})
-    pair = replace(single, added=(*single.added, "delay"), fit=replace(single.fit, path=path), powers=(0.0,))
+    bench = singles[0]
+    first, single, _, pair = paired(singles)
     one, other = (replace(single, added=(name,)) for name in pair.added)
     scanned: list[list[Explanation]] = []
     monkeypatch.setattr(growth, "scan", lambda _bench, bases, *_: scanned.append(bases) or [])

@@ -111,7 +111,7 @@ def test_only_a_name_that_leaves_noise_leaves_others_hopeless(full: bool, inside
         ["bias", "dead_zone"] if hopeless else ["friction", "bias", "dead_zone"]
     )
     assert [t.candidate.name for t in far] == (["friction"] if hopeless else [])
-    assert {t.ahead for t in near} == {1.0 if hopeless else 0.0}
+    assert {t.ahead for t in near} == {1.0 if hopeless else np.inf}
 
 
 @pytest.mark.parametrize("full", [True, False])
@@ -125,8 +125,8 @@ def test_the_foremost_two_are_refined_first_and_the_others_held_against_what_the
         return replace(one, finer=(explained(cost, full=full),))
 
     done = in_turn(bench_of(), work, tasks, [])
-    ahead = 2.0 if full else 0.0
-    assert seen == [("bias", 0.0), ("dead_zone", 0.0), ("friction", ahead), ("backlash", ahead)]
+    ahead = 2.0 if full else np.inf
+    assert seen == [("bias", np.inf), ("dead_zone", np.inf), ("friction", ahead), ("backlash", ahead)]
     assert [one.candidate.name for one in done] == [one.candidate.name for one in tasks]
     assert all(one.finer for one in done)
     assert in_turn(bench_of(), work, [], []) == []

@@ -28,7 +28,8 @@ def effects_of(bench: Bench, fit: Fit, effect: str, names: tuple[str, ...], star
     def left(path: PathSpec) -> Array:
         return problem.residual(path) / problem.sigma
 
-    here, (lower, upper) = left(fit.path), freed.bounds.T
+    here = fit.residual / problem.sigma if problem is bench.problem else left(fit.path)
+    lower, upper = freed.bounds.T
     slopes = finite_differences(lambda x: left(freed.path_at(x)), freed.start(), here, freed.steps, lower, upper)
     changes = np.column_stack([slopes, *(left(start) - here for start in starts)])
     sizes = np.abs(changes).max(axis=0)
@@ -52,7 +53,7 @@ def gain(bench: Bench, form: Explanation, cost: float) -> float:
 
 def far_behind(bench: Bench, form: Explanation, ahead: float) -> float:
     """How far a form is behind one of cost `ahead` beyond what chance brings, twice the log-likelihood ratio; or 0."""
-    if bench.rough or ahead <= 0.0:
+    if bench.rough or not np.isfinite(ahead):
         return 0.0
     return max(gain(bench, form, _ALIKE * ahead) - _ROOM, 0.0)
 

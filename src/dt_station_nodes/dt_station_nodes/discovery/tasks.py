@@ -24,7 +24,7 @@ class Task:
     """One more effect on a base; `seen`: the plain form found, `other`: its other form, `finer`: refined ones.
 
     What will not get below the cost of a `rival` is not followed to its end; what costs more is not settled. `ahead`:
-    the cost of a form that leaves nothing but noise, 0 where none does. `known`: what its starts cost.
+    the cost of a form that leaves nothing but noise, infinite where none does. `known`: what its starts cost.
     """
 
     base: Explanation
@@ -33,7 +33,7 @@ class Task:
     other: Explanation | None = None
     finer: tuple[Explanation, ...] = ()
     rival: float = np.inf
-    ahead: float = 0.0
+    ahead: float = np.inf
     known: Costs = field(default_factory=dict, compare=False)
 
     @property
@@ -121,13 +121,13 @@ def within_reach(tasks: Sequence[Task]) -> tuple[list[Task], list[Task]]:
 
     One that is never named leaves the question open how near the others get.
     """
-    best, ahead = _least_full(tasks), _ahead(tasks)
+    best = _least_full(tasks)
     foremost = list(dict.fromkeys(task.candidate.name for task in sorted(tasks, key=_least)))[:FOREMOST]
 
     def near(task: Task) -> bool:
         return _least(task) <= best * (HOPELESS if task.candidate.name in foremost else OUTRUN)
 
-    return [replace(task, ahead=ahead) for task in tasks if near(task)], [task for task in tasks if not near(task)]
+    return [replace(task, ahead=best) for task in tasks if near(task)], [task for task in tasks if not near(task)]
 
 
 def in_turn(
@@ -137,7 +137,8 @@ def in_turn(
     places = sorted(range(len(tasks)), key=lambda i: (_least(tasks[i]), i))
     first, others = places[:LEADERS], sorted(places[LEADERS:])
     led = each(bench, work, [tasks[i] for i in first], before=before)
-    rest = [replace(tasks[i], ahead=_ahead([*tasks, *led])) for i in others]
+    ahead = _least_full([*tasks, *led])
+    rest = [replace(tasks[i], ahead=ahead) for i in others]
     done = dict(zip(first + others, [*led, *each(bench, work, rest, before=[*before, *led])], strict=True))
     return [done[i] for i in range(len(tasks))]
 
@@ -167,12 +168,6 @@ def _least_full(tasks: Sequence[Task]) -> float:
     """The least cost of a name that leaves nothing but noise; infinite without one."""
     forms = (form for task in tasks for form in forms_of(task))
     return min((form.fit.fitted.cost for form in forms if form.inside and form.fit.full), default=np.inf)
-
-
-def _ahead(tasks: Sequence[Task]) -> float:
-    """The same; 0 without one."""
-    least = _least_full(tasks)
-    return least if np.isfinite(least) else 0.0
 
 
 def _cost(task: Task) -> float:

@@ -1,4 +1,4 @@
-"""The profile of Fast DDS, unless the user has one: lost messages are repaired within tens of milliseconds.
+"""The profile of Fast DDS, unless the user has one: messages by UDP, lost ones repaired within tens of milliseconds.
 
 Fast DDS asks a reader what it lacks every 3 s. A restarted node, whose readers and writers find their partners one by
 one, then waits for its first messages up to three times that long; in lockstep everybody waits with it.
