@@ -186,6 +186,8 @@ def variables(world: World, environment: Mapping[str, str]) -> dict[str, str]:
         "ROS_LOG_DIR": world.cache / "ros" / "log",
         "COLCON_HOME": world.cache / "colcon",
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        # The matrices are small: threads of linear algebra's own take time from those that work, and sum otherwise.
+        "OPENBLAS_NUM_THREADS": 1,
     }
     kernel = blas_kernel()
     if kernel is not None:

@@ -88,6 +88,11 @@ def test_programs_are_told_which_kernels_to_use(monkeypatch):
     assert variables(WHEELS, {"OPENBLAS_CORETYPE": "Zen"})["OPENBLAS_CORETYPE"] == "Zen"
 
 
+def test_linear_algebra_has_one_thread_unless_the_user_says_otherwise():
+    assert variables(WHEELS, {})["OPENBLAS_NUM_THREADS"] == "1"
+    assert variables(WHEELS, {"OPENBLAS_NUM_THREADS": "4"})["OPENBLAS_NUM_THREADS"] == "4"
+
+
 def test_bytecode_is_kept_even_where_the_caller_keeps_none(tmp_path):
     world = World(tmp_path, Path(sys.executable), sys.version_info[:2])
     (tmp_path / "module.py").write_text("")
