@@ -51,10 +51,9 @@ def test_a_limit_that_the_run_only_comes_near_shows_by_its_bend(knee: float) -> 
     assert result.effects[0].parameters["knee"].value == pytest.approx(knee, rel=0.3)
 
 
-def bent_off(wave: np.ndarray, top_v: float, seed: int) -> Run:
-    """A run of a pressure valve that bends to its limit over a parabola, which no form of a limit does."""
-    voltage, servo = 0.5 * top_v * (1.0 + wave), 0.8 * np.sin(2.0 * np.pi * 0.3 * TIME_S)
-    passed = np.where(voltage < 2.3, voltage, np.minimum(voltage, 3.3) - (np.minimum(voltage, 3.3) - 2.3) ** 2 / 2.0)
+def passing(voltage: np.ndarray, passed: np.ndarray, seed: int) -> Run:
+    """A run of a pressure valve that lets so much (n,) V of the voltage (n,) V pass."""
+    servo = 0.8 * np.sin(2.0 * np.pi * 0.3 * TIME_S)
     out = PlantModel(PAPER, STEP_S).simulate(passed, servo)
     rng = np.random.default_rng(seed)
     pressure, position = (
@@ -63,6 +62,26 @@ def bent_off(wave: np.ndarray, top_v: float, seed: int) -> Run:
     )
     signals = {"load_voltage_v": voltage, "servo_voltage_v": servo, "pressure_pa": pressure, "position_m": position}
     return Run(STEP_S, signals)
+
+
+def softened(wave: np.ndarray, seed: int) -> Run:
+    """A run of a pressure valve that bends from the start towards a limit of 10 V, five times what the run reaches."""
+    voltage = 1.1 + 0.75 * wave
+    return passing(voltage, voltage / np.hypot(1.0, voltage / 10.0), seed)
+
+
+def test_a_limit_far_beyond_the_run_shows_by_how_the_answer_bends_towards_it() -> None:
+    check = softened(signal.sawtooth(2.0 * np.pi * 0.1 * TIME_S), 2)
+    (limit,) = discover(softened(np.sin(2.0 * np.pi * 0.13 * TIME_S), 1), PAPER, validation=check).effects
+    assert limit.name == "saturation"
+    assert limit.parameters["upper_v"].value > 3.5 * 1.85
+
+
+def bent_off(wave: np.ndarray, top_v: float, seed: int) -> Run:
+    """A run of a pressure valve that bends to its limit over a parabola, which no form of a limit does."""
+    voltage = 0.5 * top_v * (1.0 + wave)
+    bent = np.minimum(voltage, 3.3)
+    return passing(voltage, np.where(voltage < 2.3, voltage, bent - (bent - 2.3) ** 2 / 2.0), seed)
 
 
 def test_between_forms_that_both_miss_the_same_bend_no_lead_decides() -> None:

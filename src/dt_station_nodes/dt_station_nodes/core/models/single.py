@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 _FIRST_STATE = 3
 _NONE = np.zeros(0)
 _REMEMBERED = 32_000_000  # bytes of answers: a search comes back to where it was, and moves one part of a path alone
-_LONG = 10_000  # sub-steps: what else an evaluation takes is as long as half of fewer
+_LONG = 8_000  # sub-steps: what else an evaluation takes is as long as half of fewer
 _Key = tuple[object, ...]
 
 
