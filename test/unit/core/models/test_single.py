@@ -235,3 +235,13 @@ def test_nothing_is_saved_on_a_short_run_or_a_path_of_one_sub_step_a_sample():
     short, long = long_run(24.0), long_run(60.0)
     assert short.coarse(PAPER.paths[Channel.POSITION]) is short
     assert long.coarse(alone) is long
+
+
+def test_a_slow_plant_whose_sub_steps_are_as_long_as_may_be_is_not_simulated_coarsely():
+    store = PathSpec(numerator=[1.0], denominator=[160.0, 28.0, 1.0])
+    spec = ModelSpec(name="store", paths={Channel.POSITION: store})
+    path = spec.with_effect(Channel.POSITION, "overflow", {"limit": 2.0}).paths[Channel.POSITION]
+    slowly = PathSimulator(Channel.POSITION, 2.0, np.ones(20_000), np.zeros(0), 0.0, 0.0)
+    quickly = PathSimulator(Channel.POSITION, 0.02, np.ones(20_000), np.zeros(0), 0.0, 0.0)
+    assert slowly.coarse(path) is slowly
+    assert quickly.coarse(path) is not quickly

@@ -14,7 +14,7 @@ from .brought_back import run_brought_back
 from .compiled import CONTEXT_SIZE
 from .effects import Attachment, registry
 from .linear import LinearPath
-from .prepare import PreparedPath, prepare, standing, substeps
+from .prepare import MOST_SUBSTEPS, PreparedPath, prepare, standing, substeps
 from .spec import DisturbanceSpec, PathSpec
 
 Array = NDArray[np.float64]
@@ -106,9 +106,9 @@ class PathSimulator:
         return _unpacked, tuple(getattr(self, f.name) for f in fields(self) if f.init)
 
     def coarse(self, path: PathSpec) -> "PathSimulator":
-        """The same in half the sub-steps; itself where a path needs but one a sample, or a run is soon simulated."""
+        """The same in half the sub-steps; itself where they are as few as may be, or a run is soon simulated."""
         steps = substeps((path,), self.sample_time_s)
-        if steps == 1 or steps * len(self.voltage_v) < _LONG:
+        if steps in {1, MOST_SUBSTEPS} or steps * len(self.voltage_v) < _LONG:
             return self
         made = replace(self, coarsely=True)
         # What is remembered tells sub-steps apart.
