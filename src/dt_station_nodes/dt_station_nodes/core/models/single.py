@@ -106,8 +106,9 @@ class PathSimulator:
         return _unpacked, tuple(getattr(self, f.name) for f in fields(self) if f.init)
 
     def coarse(self, path: PathSpec) -> "PathSimulator":
-        """The same in half the sub-steps; itself where they are as few as may be, or a run is soon simulated."""
+        """The same in half the sub-steps; itself where a sample has one or the most, or a run is soon simulated."""
         steps = substeps((path,), self.sample_time_s)
+        # The most may be fewer than a path asks for: half of them would tell its slopes wrongly.
         if steps in {1, MOST_SUBSTEPS} or steps * len(self.voltage_v) < _LONG:
             return self
         made = replace(self, coarsely=True)

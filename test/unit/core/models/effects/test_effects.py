@@ -88,6 +88,11 @@ def test_saturation_clips():
     assert np.allclose(answer("saturation", {"upper_v": 1.2, "lower_v": -0.7}), np.clip(SWEEP, -0.7, 1.2)[:-1])
 
 
+def test_a_valves_limits_are_sought_as_far_on_either_side():
+    upper, lower = (registry()["saturation"].parameter(name) for name in ("upper_v", "lower_v"))
+    assert (lower.lower, lower.upper) == (-upper.upper, -upper.lower)
+
+
 def test_a_limit_lets_part_of_what_is_beyond_it_pass():
     limits = {"upper_v": 1.2, "lower_v": -0.7, "passing": 0.2}
     clipped = np.clip(SWEEP, -0.7, 1.2)
