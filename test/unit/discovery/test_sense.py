@@ -332,3 +332,12 @@ def test_a_second_tone_is_another_one_and_what_swells_does_so_again(problem: Pro
         modulated = {**swell, "modulation_rad": 1.0, "modulation_hz": (turns - 0.4) * per_run_hz}
         assert sensible(as_it_is(problem, "periodic_disturbance", modulated), problem) is sense
     assert sensible(as_it_is(problem, "periodic_disturbance", tone), problem)
+
+
+def test_what_is_over_within_a_cycle_is_a_push_and_no_burst_of_an_oscillation(problem: Problem) -> None:
+    tone = {"amplitude": 1e-3, "frequency_hz": 2.0, "phase_rad": 0.0, "burst_period_s": 5.0}
+    for cycles, sense in ((2.0, True), (0.5, False)):
+        bursts = {**tone, "burst_share": cycles / (2.0 * 5.0)}
+        assert sensible(as_it_is(problem, "periodic_disturbance", bursts), problem) is sense
+        pushes = {**bursts, "push_share": 0.25}
+        assert sensible(as_it_is(problem, "periodic_disturbance", pushes), problem)

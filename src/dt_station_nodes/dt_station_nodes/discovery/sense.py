@@ -21,6 +21,7 @@ LEAST_PEAK = 0.75  # one of more has to carry so much at its frequency, of what 
 TUNED, TUNED_RINGING = 1.25, 0.1  # times a frequency that drives the run: so near one it has to ring so long
 FEWEST_TURNS = 1.5  # in a run, of what swells or by which two tones come apart: less is one tone that grows or fades
 PART_OF_TURN = 0.4  # the same of a frequency that swings
+LEAST_BURST = 1.0  # cycles that a burst has: less is a push at times of its own, which has no period
 LEAST_CUBE = 0.3  # of a spring's force at the end of its travel, beside the linear part
 LEAST_LOOP = 0.05  # of what a loop leaves, more with it shut: less and it is a curve
 WIDEST_LOOP = 0.95  # of the voltage,
@@ -47,9 +48,13 @@ MOST_BENT = 0.08  # of the run's range: what bends over more hardly ever slides,
 def _regular(path: PathSpec, problem: Problem) -> bool:
     """Whether an oscillation's second tone is another one, and its swelling comes again within the run.
 
-    One whose frequency swings is a machine whose speed does; a part of such a swing in the run shows it.
+    One that comes and goes oscillates while it is there. One whose frequency swings is a machine whose speed does; a
+    part of such a swing in the run shows it.
     """
     wave = path.effect("periodic_disturbance").parameters
+    on_s = wave["burst_share"] * wave["burst_period_s"]
+    if on_s > 0.0 and wave["push_share"] == 0.0 and on_s * wave["frequency_hz"] < LEAST_BURST:
+        return False
     apart_hz = abs(wave["second_hz"] - wave["frequency_hz"]) if wave["second_share"] != 0.0 else np.inf
     swell_hz = wave["swell_hz"] if wave["swell"] != 0.0 else np.inf
     if wave.get("modulation_rad", 0.0) != 0.0:
