@@ -129,6 +129,19 @@ def test_amplifiers_that_share_a_ground_are_found_where_a_voltage_added_explains
     assert numbers["gain_per_v"] == pytest.approx(0.06 / (1.0 - 2.0 * 0.06), rel=0.03)
 
 
+def test_what_crosses_over_only_while_the_other_channel_moves_is_found_with_its_numbers() -> None:
+    servo, load, kept, crossed = 1.5 * np.sign(np.sin(2.3 * SAMPLED)), 2.0 + np.sign(np.sin(0.9 * SAMPLED)), 2.0, []
+    for voltage in load:
+        crossed.append(voltage - kept)
+        kept += FINE_S * (voltage - kept) / 0.4
+    problem = moved(servo, load, servo + 0.1 * np.array(crossed))
+    forms = (("lag_s", "changes"), ("lag_s",))
+    washed, lagged = (fitted(problem, Candidate("cross_coupling", also=a), PISTON) for a in forms)
+    assert washed.rss < min(0.2 * lagged.rss, 1.3 * len(problem.measured))
+    numbers = washed.path.effect("cross_coupling").parameters
+    assert (numbers["changes"], numbers["lag_s"]) == pytest.approx((0.1, 0.4), rel=0.05)
+
+
 def test_a_mode_that_only_changes_shake_is_found_with_its_numbers() -> None:
     servo, passed, kept, swing, rate, w = 1.5 * np.sign(np.sin(2.3 * SAMPLED)), [], 0.0, 0.0, 0.0, 2.0 * np.pi * 3.0
     for voltage in servo:

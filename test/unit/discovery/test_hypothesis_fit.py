@@ -15,7 +15,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSimulator, PathSpec
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
 from dt_station_nodes.discovery.candidates import hypothesis as freed_on
-from dt_station_nodes.discovery.hypothesis_fit import Costs, Group, fit_groups, fit_hypothesis
+from dt_station_nodes.discovery.hypothesis_fit import Costs, Group, fit_groups, fit_hypothesis, prior_gaps
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.terms import Hypothesis, nominal_terms
@@ -123,3 +123,14 @@ def test_of_a_long_run_starts_are_told_apart_and_slopes_taken_coarsely(monkeypat
     assert simulated.count(2) > 2 * simulated.count(4) > 0
     assert np.array_equal(found.residual, problem.residual(found.path))
     assert found.fitted.cost < told.fitted.cost
+
+
+@pytest.mark.parametrize(("asymmetry", "gain"), [(0.2, 1.25), (0.2, 1.0 / 1.2), (-0.2, 1.25), (0.2, 1.0)])
+def test_a_gain_that_is_the_given_one_on_either_side_is_not_off(asymmetry: float, gain: float) -> None:
+    path = add_effect(PATH, Candidate("asymmetric_gain"), {"asymmetry": asymmetry})
+    known = nominal_terms(PATH)
+    free = freed_on(nominal(())[0], path, known, {"asymmetric_gain": ("asymmetry",)})
+    either, mean = (replace(free, path=p).start() for p in (path.model_copy(update={"gain": gain}), path))
+    assert prior_gaps(free, either) == pytest.approx(prior_gaps(free, mean), abs=1e-9)
+    further = replace(free, path=path.model_copy(update={"gain": 1.1 * gain})).start()
+    assert np.abs(prior_gaps(free, further)).max() > 1.0

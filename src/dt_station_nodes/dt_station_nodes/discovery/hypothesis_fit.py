@@ -51,8 +51,7 @@ class Fit:
     @property
     def furthest(self) -> float:
         """Widths of its prior by which the nominal parameter is off that is off most."""
-        terms = zip(self.hypothesis.terms, self.fitted.x, strict=True)
-        return max((abs(float(x) - term.centre) / term.prior for term, x in terms if term.prior), default=0.0)
+        return max(map(abs, _deviations(self.hypothesis, self.fitted.x)), default=0.0)
 
     @property
     def full(self) -> bool:
@@ -71,10 +70,32 @@ def _prior(deviation: float) -> float:
     return math.copysign(math.sqrt(4.0 * math.log1p(0.25 * deviation**2)), deviation)
 
 
+def _unequal(hypothesis: Hypothesis, x: Array) -> float:
+    """By how much a free gain differs from side to side, of its mean; 0 where it does not."""
+    for term, value in zip(hypothesis.terms, x, strict=True):
+        if term.name == "asymmetry" and hypothesis.path.effects[term.effect].name == "asymmetric_gain":
+            return term.to_value(float(value))
+    return 0.0
+
+
+def _deviations(hypothesis: Hypothesis, x: Array) -> list[float]:
+    """How many widths of their priors numbers x (p,) are off, those that have one.
+
+    Of a gain that differs from side to side the nearer one counts: the given gain may be that of either.
+    """
+    unequal, found = _unequal(hypothesis, x), []
+    for term, value in zip(hypothesis.terms, x.tolist(), strict=True):
+        if term.prior:
+            reached = [value]
+            if unequal != 0.0 and term.name == "gain":
+                reached += [term.to_x(term.to_value(value) * (1.0 + side)) for side in (unequal, -unequal)]
+            found.append(min(((one - term.centre) / term.prior for one in reached), key=abs))
+    return found
+
+
 def prior_gaps(hypothesis: Hypothesis, x: Array) -> Array:
     """Residuals (k,) of the priors of the numbers x (p,) that have one."""
-    terms = zip(hypothesis.terms, x.tolist(), strict=True)
-    return np.array([_prior((value - term.centre) / term.prior) for term, value in terms if term.prior])
+    return np.array([_prior(deviation) for deviation in _deviations(hypothesis, x)])
 
 
 def _cost(gap: Array) -> float:

@@ -43,11 +43,12 @@ UNUSUAL = {
     ("periodic_disturbance", "input"): 13.0,
 }
 
-# The same against refinements: a rim is sharp, what bends softly is a valve; cross-talk comes at once or lags; what
-# comes late in two portions lags more often than its line throws it back.
+# The same against refinements: a rim is sharp, what bends softly is a valve; cross-talk comes at once or lags, and
+# stays; what comes late in two portions lags more often than its line throws it back.
 UNUSUAL_FORMS = {
     ("overflow", "rounding"): 3.0,
     ("cross_coupling", "at_once"): 8.0,
+    ("cross_coupling", "changes"): 8.0,
     ("delay", "echo"): 4.0,
     # A limit of its own is commoner than one of the loop alone.
     ("hysteresis", "bend_per_v"): 8.0,

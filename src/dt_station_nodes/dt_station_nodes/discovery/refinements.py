@@ -61,6 +61,7 @@ _TOGETHER = (
     ("lead_s", "stiffening"),
     (ANSWER, "stiffening"),
     ("saturation", "in_air"),
+    ("lag_s", "changes"),
 )
 _SAG, _SAG_BEND = "sag_per_s", "sag_bend"
 _BEGIN = (-1.0, 0.0, 1.0)  # places in a loop or a gap

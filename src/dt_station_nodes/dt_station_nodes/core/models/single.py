@@ -211,9 +211,10 @@ class PathSimulator:
 
         remembers = own.size > own.linear.b.size + int(own.places[path_map.AWAY_STATES])
         if remembers and self.first_velocity is None:
-            # Lags, delays and loops remember the voltage that held the path standing, not the first of the run.
+            # Lags, delays and loops remember the voltage that held the path standing, not its first of the run.
             before = state.copy()
-            run(np.full((1, 2), self.remembered_v(path)), load[:1])
+            held = np.where(np.arange(2) == column, self.remembered_v(path), self._voltages[:1])
+            run(held, load[:1])
             memory_at = own.state_at + own.linear.b.size + int(own.places[path_map.AWAY_STATES])
             state[:memory_at] = before[:memory_at]
         if beside is None:

@@ -507,6 +507,14 @@ def test_load_takes_gain():
     assert np.allclose(out, SWEEP[:-1] * math.sqrt(1 - 0.6))
 
 
+def test_what_one_way_loses_goes_over_into_what_the_other_wins_where_both_edges_of_a_spool_leak():
+    """q = k u sqrt(1 - 2 share tanh(u / w)), w = 0.3 V."""
+    load = np.full(TIME.size, 3e6)
+    out = answer("load_dependent_gain", {"per_load": 1e-7, "direction": 1.0, "rounding_v": 0.3}, load=load)
+    given = SWEEP[:-1]
+    assert np.allclose(out, given * np.sqrt(1.0 - 0.6 * np.tanh(given / 0.3)))
+
+
 def test_a_supply_that_sags_takes_gain_later_than_the_load_comes():
     """lag dq/dt = load - q, and the square root of what q leaves of the pressure drop."""
     load = np.where(TIME < 2.0, 0.0, 3e6)
@@ -514,6 +522,15 @@ def test_a_supply_that_sags_takes_gain_later_than_the_load_comes():
     sagged = np.where(TIME < 2.0, 0.0, 3e6 * (1.0 - np.exp(-(TIME - 2.0) / 0.4)))
     assert out == pytest.approx((SWEEP * np.sqrt(1.0 - 2e-7 * sagged))[:-1], abs=0.02)
     assert out[-1] == pytest.approx(SWEEP[-2] * math.sqrt(1 - 0.6), rel=1e-3)
+
+
+def test_what_a_washout_lets_across_fades_with_its_lag():
+    step = np.where(TIME < 2.0, 0.0, 1.0)
+    out = answer("cross_coupling", {"share": 0.0, "lag_s": 0.4, "changes": 0.3}, voltage=step)
+    faded = np.where(TIME < 2.0, 0.0, 1.0 + 0.3 * np.exp(-(TIME - 2.0) / 0.4))
+    assert out == pytest.approx(faded[:-1], abs=0.02)
+    assert out.max() > 1.28
+    assert out[-1] == pytest.approx(1.0, abs=1e-3)
 
 
 def test_asymmetric_gain():

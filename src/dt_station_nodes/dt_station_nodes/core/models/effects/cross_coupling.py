@@ -12,7 +12,9 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
             s[1] = 1.0
             s[0] = other
         s[0] += (other - s[0]) * c[SUBSTEP] / (p[1] + c[SUBSTEP])
-        other = s[0] + p[2] * (other - s[0])
+        changed = other - s[0]
+        value += p[4] * changed
+        other = s[0] + p[2] * changed
     return value + (p[0] + p[3] * value) * other
 
 
@@ -34,10 +36,20 @@ EFFECT = Effect(
             optional=True,
             acts_alone=True,
         ),
+        Parameter(
+            "changes",
+            Quantity.RATIO,
+            "volts here per volt by which the other moves, which fade with the lag",
+            -3.0,
+            3.0,
+            (0.03, -0.03, 0.3, -0.3),
+            optional=True,
+            acts_alone=True,
+        ),
     ),
     step=_step,
     check="Command one channel alone and watch the other; look at shared supplies, grounds and amplifiers.",
-    source="first-order cross-talk",
+    source="first-order cross-talk, direct or through a washout",
     state_size=2,
     sub_stepped=True,
     vocabulary=False,

@@ -10,6 +10,8 @@ from .effect import Attachment, Effect, Parameter, Quantity
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     per_load, direction, linearity, base = p[0], p[1], p[2], p[3]
     helps = -1.0 if value < 0.0 else 1.0
+    if p[7] > 1e-9:
+        helps = math.tanh(value / p[7])
     load = c[LOAD] + c[REST] * (1.0 - base)
     if p[4] > 0.5:
         load = max(load, 0.0)
@@ -95,6 +97,15 @@ EFFECT = Effect(
             0.0,
             4.0,
             (0.3,),
+            optional=True,
+        ),
+        Parameter(
+            "rounding_v",
+            Quantity.INPUT,
+            "voltage over which what one direction loses becomes what the other wins, as both edges of a spool leak",
+            0.0,
+            1.0,
+            (0.1, 0.3),
             optional=True,
         ),
     ),
