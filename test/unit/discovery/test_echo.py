@@ -1,6 +1,7 @@
 """A ripple of the pressure, or what its sensor makes of it, is named once, on the pressure."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -90,3 +91,13 @@ def test_a_faint_effect_stays_where_the_pressure_read_right_explains_nothing_of_
     there = finding(run, Channel.POSITION, "dead_zone", half_width_v=0.01)
     assert there.null.fit.rss < 1.1 * there.best.fit.rss
     assert without_echo(there, [earlier]) is there
+
+
+@pytest.mark.parametrize("reads_late", [True, False])
+def test_a_pressure_that_nothing_explains_may_be_what_its_sensor_makes_up(reads_late: bool) -> None:
+    case = Case((() if reads_late else (("dead_zone", "position", 1.0),)), "square", seed=3, seconds=24.0)
+    run = reading_late(make(case), 0.4)
+    named = finding(run, Channel.PRESSURE, "extra_lag", time_constant_s=0.3)
+    unclear = replace(named, verdict=Verdict.UNEXPLAINED, best=named.null)
+    there = finding(run, Channel.POSITION, "dead_zone", half_width_v=0.05)
+    assert without_echo(there, [unclear]).verdict is (Verdict.NOTHING_MISSING if reads_late else Verdict.NAMED)

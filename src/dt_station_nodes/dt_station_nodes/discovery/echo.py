@@ -1,12 +1,16 @@
 """What the pressure was found to have, heard again in the position.
 
 The position's model is driven by the pressure as measured: what its sensor adds or takes, or its samples leave out of a
-quick ripple, is left in the position's residual: at the same frequency, or as a drift.
+quick ripple, is left in the position's residual: at the same frequency, or as a drift. A pressure that nothing
+explains may be one that its sensor makes up.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import reduce
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..core.channels import Channel
 from ..core.models import PathSpec
@@ -15,6 +19,8 @@ from .result import Verdict
 from .selection import Bench, fit_null
 from .terms import nominal_terms
 from .timing import PERIODIC, without
+
+Array = NDArray[np.float64]
 
 # Times what the effects found leave: a load read right that leaves no more does without them,
 _AS_WELL = 1.1
@@ -29,10 +35,11 @@ def _frequency_hz(path: PathSpec) -> float | None:
 
 def without_echo(finding: Finding, earlier: Sequence[Finding]) -> Finding:
     """The finding, or nothing missing where all it names is what the pressure has, which its sensor may have added."""
-    named = [other for other in earlier if other.verdict is Verdict.NAMED]
     if finding.problem.channel is not Channel.POSITION or finding.verdict is not Verdict.NAMED:
         return finding
-    if any(_rippled(finding, other) or _misread(finding, other) for other in named):
+    named = [other for other in earlier if other.verdict is Verdict.NAMED]
+    unclear = [other for other in earlier if other.verdict is Verdict.UNEXPLAINED]
+    if any(_rippled(finding, other) for other in named) or any(_misread(finding, o) for o in (*named, *unclear)):
         return replace(finding, verdict=Verdict.NOTHING_MISSING, best=finding.null, alternatives=(), excess=0.0)
     return finding
 
@@ -47,8 +54,7 @@ def _rippled(finding: Finding, other: Finding) -> bool:
 def _misread(finding: Finding, other: Finding) -> bool:
     """Whether the position needs no effect where the pressure is less what its sensor may have made of it."""
     simulator = finding.problem.simulator
-    found = other.best.fit.path
-    added = other.problem.simulate(found) - other.problem.simulate(reduce(without, other.best.added, found))
+    added = _added(other)
     if added.shape != simulator.load_pa.shape:
         return False
     right = replace(finding.problem, simulator=replace(simulator, load_pa=simulator.load_pa - added))
@@ -56,3 +62,11 @@ def _misread(finding: Finding, other: Finding) -> bool:
     fit = fit_null(Bench(right, nominal_terms(nominal, right.signal, right.rough)), nominal).fit
     null, best, read_right = (one.rss + one.penalty for one in (finding.null.fit, finding.best.fit, fit))
     return read_right <= _AS_WELL * best and null - read_right >= _MOST * (null - best)
+
+
+def _added(other: Finding) -> Array:
+    """What the pressure's sensor may have added (n,), Pa: what its effects make of it, or all that nothing explains."""
+    if other.verdict is Verdict.UNEXPLAINED:
+        return other.given
+    found = other.best.fit.path
+    return other.problem.simulate(found) - other.problem.simulate(reduce(without, other.best.added, found))
