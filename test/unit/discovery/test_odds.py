@@ -68,3 +68,8 @@ def test_a_line_that_throws_back_what_passes_is_rarer_than_one_that_does_not() -
     thrown, plain = (odds(Channel.POSITION, "delay", delay_s=0.03, echo=share) for share in (0.4, 0.0))
     assert thrown - plain == UNUSUAL_FORMS["delay", "echo"] > 0.0
     assert odds(Channel.POSITION, "extra_lag", time_constant_s=0.03, second_s=0.02) == plain
+
+
+def test_cross_talk_that_fades_is_rarer_than_one_that_stays() -> None:
+    stays, fades = (odds(Channel.PRESSURE, "cross_coupling", share=0.1, lag_s=0.5, changes=c) for c in (0.0, 0.1))
+    assert fades - stays == UNUSUAL_FORMS["cross_coupling", "changes"] > 0.0

@@ -86,6 +86,17 @@ def test_a_soft_bend_and_what_passes_it_are_tried_together() -> None:
     assert any(p["rounding"] == 0.0 and p["override"] == 0.0 for p in starts)
 
 
+def test_cross_talk_of_changes_is_tried_with_the_lag_that_they_fade_with() -> None:
+    path, candidate = PAPER.paths[Channel.POSITION], Candidate("cross_coupling")
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.POSITION, DiscoverySettings())
+    plain = add_effect(path, candidate, {"share": 0.05})
+    forms = refinements(problem, plain, candidate, problem.residual(plain))
+    pair = ("lag_s", "changes")
+    assert pair in forms.steps
+    starts = [start.effect("cross_coupling").parameters for start in step_starts(plain, forms, pair)]
+    assert any(p["lag_s"] > 0.0 and p["changes"] != 0.0 for p in starts)
+
+
 def test_what_a_load_presses_on_is_tried_where_a_load_moves_only() -> None:
     candidate, path = Candidate("friction"), PAPER.paths[Channel.POSITION]
     run = make(Case(seconds=12.0))
