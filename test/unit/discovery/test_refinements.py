@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -74,27 +75,24 @@ def test_a_piston_that_hunts_is_friction_with_its_numbers() -> None:
         assert abs(found[name].value - value) < 0.1 * value
 
 
-def test_a_soft_bend_and_what_passes_it_are_tried_together() -> None:
-    path, candidate = PAPER.paths[Channel.PRESSURE], Candidate("overflow", Attachment.OUTPUT)
-    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.PRESSURE, DiscoverySettings())
-    plain = add_effect(path, candidate, {"limit": 3e6})
-    forms = refinements(problem, plain, candidate, problem.residual(plain))
-    pair = ("rounding", "override")
+@pytest.mark.parametrize(
+    ("channel", "candidate", "plain", "pair"),
+    [
+        (Channel.PRESSURE, Candidate("overflow", Attachment.OUTPUT), {"limit": 3e6}, ("rounding", "override")),
+        (Channel.POSITION, Candidate("cross_coupling"), {"share": 0.05}, ("lag_s", "changes")),
+    ],
+    ids=["a soft bend and what passes it", "changes that cross over and the lag they fade with"],
+)
+def test_what_comes_together_is_tried_together(
+    channel: Channel, candidate: Candidate, plain: dict[str, float], pair: tuple[str, str]
+) -> None:
+    problem = make_problem(make(Case(seconds=12.0)), PAPER, channel, DiscoverySettings())
+    path = add_effect(PAPER.paths[channel], candidate, plain)
+    forms = refinements(problem, path, candidate, problem.residual(path))
     assert pair in forms.steps
-    starts = [start.effect("overflow").parameters for start in step_starts(plain, forms, pair)]
-    assert any(p["rounding"] > 0.0 and p["override"] > 0.0 for p in starts)
-    assert any(p["rounding"] == 0.0 and p["override"] == 0.0 for p in starts)
-
-
-def test_cross_talk_of_changes_is_tried_with_the_lag_that_they_fade_with() -> None:
-    path, candidate = PAPER.paths[Channel.POSITION], Candidate("cross_coupling")
-    problem = make_problem(make(Case(seconds=12.0)), PAPER, Channel.POSITION, DiscoverySettings())
-    plain = add_effect(path, candidate, {"share": 0.05})
-    forms = refinements(problem, plain, candidate, problem.residual(plain))
-    pair = ("lag_s", "changes")
-    assert pair in forms.steps
-    starts = [start.effect("cross_coupling").parameters for start in step_starts(plain, forms, pair)]
-    assert any(p["lag_s"] > 0.0 and p["changes"] != 0.0 for p in starts)
+    starts = [start.effect(candidate.name).parameters for start in step_starts(path, forms, pair)]
+    assert any(all(p[name] > 0.0 for name in pair) for p in starts)
+    assert any(all(p[name] == 0.0 for name in pair) for p in starts)
 
 
 def test_what_a_load_presses_on_is_tried_where_a_load_moves_only() -> None:

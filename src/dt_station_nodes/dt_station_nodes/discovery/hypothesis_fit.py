@@ -70,11 +70,11 @@ def _prior(deviation: float) -> float:
     return math.copysign(math.sqrt(4.0 * math.log1p(0.25 * deviation**2)), deviation)
 
 
-def _unequal(hypothesis: Hypothesis, x: Array) -> float:
+def _unequal(hypothesis: Hypothesis, values: Sequence[float]) -> float:
     """By how much a free gain differs from side to side, of its mean; 0 where it does not."""
-    for term, value in zip(hypothesis.terms, x, strict=True):
+    for term, value in zip(hypothesis.terms, values, strict=True):
         if term.name == "asymmetry" and hypothesis.path.effects[term.effect].name == "asymmetric_gain":
-            return term.to_value(float(value))
+            return term.to_value(value)
     return 0.0
 
 
@@ -83,8 +83,9 @@ def _deviations(hypothesis: Hypothesis, x: Array) -> list[float]:
 
     Of a gain that differs from side to side the nearer one counts: the given gain may be that of either.
     """
-    unequal, found = _unequal(hypothesis, x), []
-    for term, value in zip(hypothesis.terms, x.tolist(), strict=True):
+    values, found = x.tolist(), []
+    unequal = _unequal(hypothesis, values)
+    for term, value in zip(hypothesis.terms, values, strict=True):
         if term.prior:
             reached = [value]
             if unequal != 0.0 and term.name == "gain":
