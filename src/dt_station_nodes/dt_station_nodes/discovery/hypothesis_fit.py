@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..core.models import PathSpec
 from .fit import Fitted, Residual, least_squares
 from .problem import Problem
-from .terms import Hypothesis
+from .terms import Hypothesis, Term
 
 Array = NDArray[np.float64]
 Costs = dict[bytes, float]  # of starts, by their numbers
@@ -51,7 +51,7 @@ class Fit:
     @property
     def furthest(self) -> float:
         """Widths of its prior by which the nominal parameter is off that is off most."""
-        return max(map(abs, _deviations(self.hypothesis, self.fitted.x)), default=0.0)
+        return max(map(abs, _Priors.of(self.hypothesis).deviations(self.fitted.x)), default=0.0)
 
     @property
     def full(self) -> bool:
@@ -70,33 +70,46 @@ def _prior(deviation: float) -> float:
     return math.copysign(math.sqrt(4.0 * math.log1p(0.25 * deviation**2)), deviation)
 
 
-def _unequal(hypothesis: Hypothesis, values: Sequence[float]) -> float:
-    """By how much a free gain differs from side to side, of its mean; 0 where it does not."""
-    for term, value in zip(hypothesis.terms, values, strict=True):
-        if term.name == "asymmetry" and hypothesis.path.effects[term.effect].name == "asymmetric_gain":
-            return term.to_value(value)
-    return 0.0
+@dataclass(frozen=True, slots=True)
+class _Priors:
+    """Terms that have a prior, and gains' asymmetries, each with its place: a fit asks for them thousands of times."""
 
+    held: tuple[tuple[int, Term], ...]
+    asymmetries: tuple[tuple[int, Term], ...]
 
-def _deviations(hypothesis: Hypothesis, x: Array) -> list[float]:
-    """How many widths of their priors numbers x (p,) are off, those that have one.
+    @classmethod
+    def of(cls, hypothesis: Hypothesis) -> "_Priors":
+        placed, effects = tuple(enumerate(hypothesis.terms)), hypothesis.path.effects
+        unequal = tuple(
+            (k, term)
+            for k, term in placed
+            if term.name == "asymmetry" and effects[term.effect].name == "asymmetric_gain"
+        )
+        return cls(tuple((k, term) for k, term in placed if term.prior), unequal)
 
-    Of a gain that differs from side to side the nearer one counts: the given gain may be that of either.
-    """
-    values, found = x.tolist(), []
-    unequal = _unequal(hypothesis, values)
-    for term, value in zip(hypothesis.terms, values, strict=True):
-        if term.prior:
-            reached = [value]
-            if unequal != 0.0 and term.name == "gain":
-                reached += [term.to_x(term.to_value(value) * (1.0 + side)) for side in (unequal, -unequal)]
-            found.append(min(((one - term.centre) / term.prior for one in reached), key=abs))
-    return found
+    def deviations(self, x: Array) -> list[float]:
+        """By how many widths of their priors numbers x (p,) are off, those that have one.
+
+        Of a gain that differs from side to side the nearer one counts: the given gain may be that of either.
+        """
+        values = x.tolist()
+        found = [(values[k] - term.centre) / term.prior for k, term in self.held]
+        unequal = [term.to_value(values[k]) for k, term in self.asymmetries if values[k]]
+        for side in (sign * one for one in unequal for sign in (1.0, -1.0)):
+            for n, (k, term) in enumerate(self.held):
+                if term.name == "gain":
+                    reached = term.to_x(term.to_value(values[k]) * (1.0 + side))
+                    found[n] = min(found[n], (reached - term.centre) / term.prior, key=abs)
+        return found
+
+    def gaps(self, x: Array) -> Array:
+        """Residuals (k,) of the priors at the numbers x (p,)."""
+        return np.array([_prior(deviation) for deviation in self.deviations(x)])
 
 
 def prior_gaps(hypothesis: Hypothesis, x: Array) -> Array:
     """Residuals (k,) of the priors of the numbers x (p,) that have one."""
-    return np.array([_prior(deviation) for deviation in _deviations(hypothesis, x)])
+    return _Priors.of(hypothesis).gaps(x)
 
 
 def _cost(gap: Array) -> float:
@@ -105,13 +118,13 @@ def _cost(gap: Array) -> float:
 
 
 def _residuals(problem: Problem, hypothesis: Hypothesis, mask: Array | None = None) -> Residual:
-    sigma = problem.sigma
+    sigma, priors = problem.sigma, _Priors.of(hypothesis)
 
     def residuals(x: Array) -> Array:
         gap = problem.residual(hypothesis.path_at(x)) / sigma
         if mask is not None:
             gap = gap * mask
-        return np.concatenate([gap, prior_gaps(hypothesis, x)])
+        return np.concatenate([gap, priors.gaps(x)])
 
     return residuals
 

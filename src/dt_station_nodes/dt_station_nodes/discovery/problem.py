@@ -1,7 +1,7 @@
 """One channel of one run as a fitting problem: its residual, and its scale of every quantity."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -29,7 +29,8 @@ class Problem:
     standard deviation of the compared part of the measured signal; `scales` the run's range of each quantity;
     `excitations_hz` the fundamentals of what drives the run, where it is periodic; `inherited` what the noise and the
     coarse sampling of the measured load leave in any simulation driven by it; `rough`: a linear path of foreign data,
-    refitted as a whole, no model of which reaches the noise; `may_be_rough`: one that may turn out to be such.
+    refitted as a whole, no model of which reaches the noise; `may_be_rough`: one that may turn out to be such; `limit`:
+    a residual beyond which a simulation has run away.
     """
 
     channel: Channel
@@ -44,6 +45,10 @@ class Problem:
     inherited: float = 0.0
     rough: bool = False
     may_be_rough: bool = False
+    limit: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "limit", 1e3 * (float(np.abs(self.measured).max()) + self.signal))
 
     @property
     def sigma(self) -> float:
@@ -96,14 +101,13 @@ class Problem:
 
     def compare(self, simulated: Array) -> Array:
         """The residual of a simulated output (n,)."""
-        limit = 1e3 * (float(np.abs(self.measured).max()) + self.signal)
         gap = self.measured - simulated
-        sane = np.abs(gap) < limit
-        if sane.all():
-            return np.asarray(self.windows.project(gap) * self.weights)
+        if np.abs(gap).max() < self.limit:
+            return self.windows.project(gap) * self.weights
         # A simulation that runs away is far off everywhere: within a window its offset would be all there is of it.
-        gap = np.clip(np.nan_to_num(gap, nan=limit), -limit, limit)
-        return np.where(sane, self.windows.project(gap), limit) * self.weights
+        sane = np.abs(gap) < self.limit
+        gap = np.clip(np.nan_to_num(gap, nan=self.limit), -self.limit, self.limit)
+        return np.where(sane, self.windows.project(gap), self.limit) * self.weights
 
 
 # A residual below this share of the signal is form error that no one would call a gap.

@@ -5,6 +5,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from .matrix import exponential
@@ -166,11 +167,16 @@ def _moved(
 ) -> tuple[Array, Array, Array]:
     """How states, voltage and flow move the states (n, n), (n,), (n,) in so many time units of the path."""
     path = _normal(given, below, outlet).path
-    n = path.b.size
+    return _after(path.a, path.b, path.e, units)
+
+
+@njit(cache=True)
+def _after(a: Array, b: Array, e: Array, units: float) -> tuple[Array, Array, Array]:
+    n = b.size
     augmented = np.zeros((n + 2, n + 2))
-    augmented[:n, :n], augmented[:n, n], augmented[:n, n + 1] = path.a, path.b, path.e
+    augmented[:n, :n], augmented[:n, n], augmented[:n, n + 1] = a, b, e
     phi = exponential(augmented * units)
-    return np.ascontiguousarray(phi[:n, :n]), np.ascontiguousarray(phi[:n, n]), np.ascontiguousarray(phi[:n, n + 1])
+    return phi[:n, :n].copy(), phi[:n, n].copy(), phi[:n, n + 1].copy()
 
 
 def _injection(denominator: Array, c: Array, outlet: Outlet) -> tuple[Array, float, float]:

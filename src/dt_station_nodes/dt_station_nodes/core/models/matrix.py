@@ -11,15 +11,14 @@ _TERMS = 16
 
 
 @njit(cache=True)
-def multiply(a: Array, b: Array) -> Array:
+def _multiply(a: Array, b: Array, product: Array) -> None:
     """Product of square matrices, summed in a fixed order."""
     n = a.shape[0]
-    product = np.zeros((n, n))
+    product[:] = 0.0
     for i in range(n):
         for k in range(n):
             for j in range(n):
                 product[i, j] += a[i, k] * b[k, j]
-    return product
 
 
 @njit(cache=True)
@@ -41,11 +40,14 @@ def exponential(a: Array) -> Array:
         scale *= 0.5
         squarings += 1
     scaled = a * scale
-    term = np.eye(n)
-    total = np.eye(n)
+    term, total, product = np.eye(n), np.eye(n), np.empty((n, n))
     for k in range(1, _TERMS + 1):
-        term = multiply(term, scaled) / k
-        total = total + term
+        _multiply(term, scaled, product)
+        for i in range(n):
+            for j in range(n):
+                term[i, j] = product[i, j] / k
+                total[i, j] += term[i, j]
     for _ in range(squarings):
-        total = multiply(total, total)
+        _multiply(total, total, product)
+        total, product = product, total
     return total

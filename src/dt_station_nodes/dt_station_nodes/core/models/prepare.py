@@ -1,8 +1,9 @@
 """From a validated path to the flat arrays that the kernel runs."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ FINE_RAD = 0.3
 # A slow plant is sampled slowly: beyond this its sub-steps would only cost time.
 MOST_SUBSTEPS = 8
 
-_ORDER = (Attachment.INPUT, Attachment.STATE, Attachment.OUTPUT)
+_ORDER = {Attachment.INPUT: 0, Attachment.STATE: 1, Attachment.OUTPUT: 2}
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,37 +64,56 @@ def _feedback_rate(path: PathSpec) -> float:
 def prepare(path: PathSpec | None, channel: Channel, step_s: float, state_at: int) -> PreparedPath:
     """Discretise a path and lay out its numbers; an absent path gives a constant zero."""
     chosen = () if path is None else path.effects
-    listed = [(e.place, registry()[e.name], e.parameters) for e in chosen]
-    stages = sorted(listed, key=lambda one: (_ORDER.index(one[0]), channel in one[1].feels_all_on))
-    attached = [attachment for attachment, _, _ in stages]
-    fixed = NOTHING if path is None else _laid_out(path, step_s, Attachment.STATE in attached)
+    stages = [(_ORDER[e.place], registry()[e.name], e.parameters) for e in chosen]
+    if len(stages) > 1:
+        stages.sort(key=lambda one: (one[0], channel in one[1].feels_all_on))
+    inside = any(rank == _ORDER[Attachment.STATE] for rank, _, _ in stages)
+    fixed = NOTHING if path is None else _laid_out(path, step_s, inside)
     n, m = fixed.linear.b.size, fixed.away_states
 
-    parameters = [_numbers(effect, given) for _, effect, given in stages]
-    places = np.zeros(path_map.PER_EFFECT + 3 * len(stages), dtype=np.int64)
-    places[path_map.STATES], places[path_map.AWAY_STATES] = n, m
-    places[path_map.INPUT_END] = attached.count(Attachment.INPUT)
-    places[path_map.STATE_END] = places[path_map.INPUT_END] + attached.count(Attachment.STATE)
-    places[path_map.EFFECTS] = len(stages)
-    places[path_map.A : path_map.PARAMETERS + 1] = fixed.at
-    places[path_map.STATE_AT] = state_at
-    places[path_map.PRESENT] = path is not None
-    numbers_at, memory_at = fixed.numbers.size, state_at + n + m
-    for k, ((_, effect, _), block) in enumerate(zip(stages, parameters, strict=True)):
-        place = path_map.PER_EFFECT + 3 * k
-        places[place : place + 3] = effect.step.address, numbers_at, memory_at
-        numbers_at += block.size
-        memory_at += effect.state_size
-    numbers = np.concatenate([fixed.numbers, *parameters])
+    listed = tuple((rank, effect.step.address, len(effect.names), effect.state_size) for rank, effect, _ in stages)
+    places, size = _places(listed, fixed.at, n, m, state_at, path is not None)
+    given: list[float] = []
+    for _, effect, parameters in stages:
+        given += _numbers(effect, parameters)
+    numbers = np.empty(fixed.numbers.size + len(given))
+    numbers[: fixed.numbers.size] = fixed.numbers
+    numbers[fixed.numbers.size :] = given
     rest = 0.0 if path is None else path.rest
     numbers[path_map.REST_OUTPUT] = rest
-    return PreparedPath(fixed.linear, numbers, places, state_at, memory_at - state_at, rest)
+    return PreparedPath(fixed.linear, numbers, places, state_at, size, rest)
 
 
-def _numbers(effect: Effect, given: dict[str, float]) -> Array:
+@lru_cache(maxsize=512)
+def _places(
+    stages: tuple[tuple[int, int, int, int], ...], at: tuple[int, ...], n: int, m: int, state_at: int, present: bool
+) -> tuple[Integers, int]:
+    """Where a path's numbers and states lie (shared: read only), and how many states it has in all.
+
+    `stages`: of each effect its place's rank, its step's address, how many parameters and states it has; `at`: where
+    each part of the linear path begins.
+    """
+    places = np.zeros(path_map.PER_EFFECT + 3 * len(stages), dtype=np.int64)
+    ranks = [rank for rank, _, _, _ in stages]
+    places[path_map.STATES], places[path_map.AWAY_STATES] = n, m
+    places[path_map.INPUT_END] = ranks.count(_ORDER[Attachment.INPUT])
+    places[path_map.STATE_END] = places[path_map.INPUT_END] + ranks.count(_ORDER[Attachment.STATE])
+    places[path_map.EFFECTS] = len(stages)
+    places[path_map.A : path_map.PARAMETERS + 1] = at
+    places[path_map.STATE_AT] = state_at
+    places[path_map.PRESENT] = present
+    numbers_at, memory_at = at[-1], state_at + n + m
+    for k, (_, address, parameters, states) in enumerate(stages):
+        place = path_map.PER_EFFECT + 3 * k
+        places[place : place + 3] = address, numbers_at, memory_at
+        numbers_at += parameters
+        memory_at += states
+    return places, memory_at - state_at
+
+
+def _numbers(effect: Effect, given: dict[str, float]) -> Iterable[float]:
     """An effect's parameters in order; fits give them so already, thousands of times."""
-    complete = given if tuple(given) == effect.names else effect.complete(given)
-    return np.array(list(complete.values()), dtype=np.float64)
+    return (given if tuple(given) == effect.names else effect.complete(given)).values()
 
 
 def _laid_out(path: PathSpec, step_s: float, inside: bool) -> LaidOut:

@@ -1,5 +1,6 @@
 """One path alone under given voltages and load: what a fit simulates thousands of times."""
 
+from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
@@ -91,7 +92,8 @@ class PathSimulator:
     other_v: Array | None = None
     coarsely: bool = False
     _voltages: Array = field(init=False)
-    _answers: dict[_Key, Array] = field(init=False, default_factory=dict, compare=False)
+    _load: Array = field(init=False)
+    _answers: OrderedDict[_Key, Array] = field(init=False, default_factory=OrderedDict, compare=False)
 
     def __post_init__(self) -> None:
         voltages = np.zeros((len(self.voltage_v), 2))
@@ -100,6 +102,9 @@ class PathSimulator:
         if self.other_v is not None:
             voltages[:, 1 - own] = self.other_v
         object.__setattr__(self, "_voltages", voltages)
+        # A pressure path feels its own pressure only.
+        load = self.load_pa if len(self.load_pa) else np.full(len(self.voltage_v), self.rest_pa)
+        object.__setattr__(self, "_load", _NONE if self.channel is Channel.PRESSURE else load)
 
     def __reduce__(self) -> tuple[Callable[..., "PathSimulator"], tuple[object, ...]]:
         # A task is packed by a thread beside the search, which goes on remembering: what it remembers stays here.
@@ -172,40 +177,35 @@ class PathSimulator:
     def _remember(self, key: _Key, answer: Array) -> None:
         """Keep an answer, in place of the oldest where there are many."""
         if len(self._answers) * len(self.voltage_v) * 8 >= _REMEMBERED:
-            del self._answers[next(iter(self._answers))]
+            self._answers.popitem(last=False)
         answer.flags.writeable = False
         self._answers[key] = answer
 
     def _simulate(self, path: PathSpec, steps: int, beside: Array | None = None) -> Array:
         step_s = self.sample_time_s / steps
-        is_pressure = self.channel is Channel.PRESSURE
+        column = 0 if self.channel is Channel.PRESSURE else 1
 
         def laid_out(channel: Channel, at: int) -> PreparedPath:
             if channel is self.channel:
                 return prepare(path, channel, step_s, at)
-            return _absent(channel, step_s, at, 0.0 if is_pressure else self.rest_pa)
+            return _absent(channel, step_s, at, self.rest_pa if column else 0.0)
 
         pressure = laid_out(Channel.PRESSURE, _FIRST_STATE)
         position = laid_out(Channel.POSITION, _FIRST_STATE + pressure.size)
-        own = pressure if is_pressure else position
+        own = position if column else pressure
         state = np.zeros(_FIRST_STATE + pressure.size + position.size)
         if own.linear.b.size:
             above = self.first - own.rest
-            state[1 if is_pressure else 2] = above
+            state[1 + column] = above
             states = standing(own, above)
             if self.first_velocity is not None:
                 states = states + self._moving(own.linear, states)
             state[own.state_at : own.state_at + states.size] = states
-        # A pressure path feels its own pressure only.
-        load = self.load_pa if len(self.load_pa) else np.full(len(self.voltage_v), self.rest_pa)
-        load = _NONE if is_pressure else load
         timing = np.array([self.sample_time_s, float(steps), 1.0])
-        column = 0 if is_pressure else 1
         given = (pressure.numbers, pressure.places, position.numbers, position.places, timing, state)
 
         def run(voltages: Array, load: Array) -> Array:
-            outputs = np.empty_like(voltages)
-            scratch, context = np.empty_like(state), np.zeros(2 * CONTEXT_SIZE)
+            outputs, scratch, context = np.empty_like(voltages), np.empty_like(state), np.zeros(2 * CONTEXT_SIZE)
             kernel.run(*given, voltages, load, context, scratch, outputs, (0, len(voltages)))
             return outputs[:, column].copy()
 
@@ -214,16 +214,16 @@ class PathSimulator:
             # Lags, delays and loops remember the voltage that held the path standing, not its first of the run.
             before = state.copy()
             held = np.where(np.arange(2) == column, self.remembered_v(path), self._voltages[:1])
-            run(held, load[:1])
+            run(held, self._load[:1])
             memory_at = own.state_at + own.linear.b.size + int(own.places[path_map.AWAY_STATES])
             state[:memory_at] = before[:memory_at]
         if beside is None:
-            return run(self._voltages, load)
+            return run(self._voltages, self._load)
         shift = np.zeros_like(state)
         shift[1 + column] = 1.0
         shift[own.state_at : own.state_at + own.linear.b.size] = standing(own, 1.0)
         outputs = np.empty_like(self._voltages)
-        run_brought_back(*given, self._voltages, load, outputs, beside, shift, _free(path, own.rest))
+        run_brought_back(*given, self._voltages, self._load, outputs, beside, shift, _free(path, own.rest))
         return outputs[:, column].copy()
 
     def remembered_v(self, path: PathSpec) -> float:
