@@ -71,6 +71,16 @@ def as_it_is(
             {"frequency_hz": 4.0, "damping": 0.4, "share": 0.2, "riding": 0.4},
         ),
         ("extra_lag", {"time_constant_s": 0.06, "inertia_s": 0.06}, {"time_constant_s": 0.06, "inertia_s": 0.12}),
+        (
+            "extra_lag",
+            {"time_constant_s": 0.05, "inertia_s": 0.08, "second_s": 0.3},
+            {"time_constant_s": 0.05, "inertia_s": 0.08, "second_s": 0.01},
+        ),
+        (
+            "extra_lag",
+            {"time_constant_s": 0.05, "inertia_s": 0.08, "second_s": 0.3},
+            {"time_constant_s": 0.05, "inertia_s": 0.25, "second_s": 0.9},
+        ),
         ("asymmetric_gain", {"asymmetry": -0.3}, {"asymmetry": -0.9}),
         ("asymmetric_gain", {"asymmetry": 0.3, "centre_v": 0.1}, {"asymmetry": 0.3, "centre_v": 30.0}),
         ("asymmetric_gain", {"asymmetry": -0.7}, {"asymmetry": -0.7, "centre_v": 0.1}),

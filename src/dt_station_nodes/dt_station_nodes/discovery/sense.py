@@ -196,9 +196,15 @@ def _slips(path: PathSpec, problem: Problem) -> bool:
 
 
 def _trails(path: PathSpec, _problem: Problem) -> bool:
-    """Whether a lag does not ring: one that does is a mode under another name."""
+    """Whether a lag does not ring: one that does is a mode under another name.
+
+    Beside a second stage slower than its swing it peaks no more, however little it is damped, unless it rings anyhow.
+    """
     lag = path.effect("extra_lag").parameters
-    return lag["inertia_s"] <= lag["time_constant_s"] / (2.0 * MOST_DAMPED) ** 2
+    swing = lag["time_constant_s"] * lag["inertia_s"]
+    hidden = 1.0 + lag["second_s"] ** 2 / swing if swing > 0.0 else 1.0
+    most = min(hidden / (2.0 * MOST_DAMPED) ** 2, 1.0 / (2.0 * RINGING) ** 2)
+    return lag["inertia_s"] <= most * lag["time_constant_s"]
 
 
 _CHECKS: Mapping[str, Callable[[PathSpec, Problem], bool]] = {
