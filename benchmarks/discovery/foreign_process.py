@@ -222,8 +222,9 @@ def _sensors() -> list[Rig]:
     )
     step = 1e-4
     u = 1.5 * band(rng, 12000, step, 400.0)
-    x = linear([1.0], [3e-4, 1.0], u, step)
-    y = linear([1.0], [2e-4, 1.0], np.where(x > 0.6, 0.6 + 0.12 * (x - 0.6), x), step)
+    # Nothing holds what passes from one filter to the other over a sample.
+    x = linear([1.0], [3e-4, 1.0], np.repeat(u, FINE), step / FINE)
+    y = linear([1.0], [2e-4, 1.0], np.where(x > 0.6, 0.6 + 0.12 * (x - 0.6), x), step / FINE)[::FINE]
     lag = 2.4e-4
     right = (names("saturation"), names("asymmetric_gain"))
     made.append(

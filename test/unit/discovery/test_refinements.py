@@ -14,7 +14,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelInput, ModelSpec, PlantModel
 from dt_station_nodes.core.models.effects import Attachment
 from dt_station_nodes.core.run import Run
-from dt_station_nodes.discovery import DiscoverySettings, discover
+from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover
 from dt_station_nodes.discovery.candidates import Candidate, add_effect
 from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.refinements import ANSWER, GRIP, refinements, step_starts
@@ -114,6 +114,39 @@ def test_a_fine_difference_is_not_sought_in_rough_data() -> None:
     plain = add_effect(path, candidate, {"upper_v": 3.0, "lower_v": -3.0})
     clean, rough = (refinements(problem, plain, candidate, problem.residual(plain), timed=t) for t in (True, False))
     assert set(clean.names) - set(rough.names) == {"straight", "centre_v"}
+
+
+def test_one_of_a_few_lags_may_come_before_a_limit_and_which_of_many_is_not_asked() -> None:
+    candidate, run = Candidate("saturation"), make(Case(seconds=12.0))
+    few = PAPER.with_path(Channel.PRESSURE, numerator=(1.0,), denominator=(0.0012, 0.08, 1.0), effects=())
+    tried = []
+    for spec in (PAPER, few):
+        problem = make_problem(run, spec, Channel.PRESSURE, DiscoverySettings())
+        plain = add_effect(spec.paths[Channel.PRESSURE], candidate, {"upper_v": 3.0, "lower_v": -3.0})
+        tried.append(refinements(problem, plain, candidate, problem.residual(plain)))
+    of_many, of_few = tried
+    assert "behind_s" not in of_many.names
+    assert of_few.grids["behind_s"] == pytest.approx([0.02, 0.06])
+
+
+def test_iron_that_saturates_behind_its_coils_lag_is_a_limit_with_its_numbers() -> None:
+    coil_s, volume_s, step_s, fine = 0.022, 0.055, 0.005, 20
+    rng = np.random.default_rng(9)
+    volts = np.repeat(rng.uniform(0.0, 10.0, 40), 30)
+    current, pressure, measured = 0.0, 0.0, np.zeros(len(volts))
+    for k, drive in enumerate(volts):
+        measured[k] = pressure
+        for _ in range(fine):
+            current += step_s / fine / coil_s * (drive - current)
+            pressure += step_s / fine / volume_s * (min(current, 6.2) - pressure)
+    measured += 0.01 * rng.standard_normal(len(volts))
+    crude = {"numerator": [1.15], "denominator": [0.019 * 0.062, 0.019 + 0.062, 1.0]}
+    spec = ModelSpec.model_validate({"name": "crude", "paths": {Channel.PRESSURE: crude}})
+    found = discover(Run(step_s, {"load_voltage_v": volts, "pressure_pa": measured}), spec)
+    (effect,) = found.effects
+    assert (effect.name, found.verdict) == ("saturation", Verdict.NAMED)
+    assert effect.parameters["upper_v"].value == pytest.approx(6.2, rel=0.01)
+    assert effect.parameters["behind_s"].value == pytest.approx(coil_s, rel=0.1)
 
 
 def test_a_loop_of_relays_is_sought_alone_as_one_form() -> None:

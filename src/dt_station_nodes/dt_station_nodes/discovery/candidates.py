@@ -12,7 +12,7 @@ from ..core.models import EffectSpec, PathSpec
 from ..core.models.effects import Attachment, Effect, Parameter, Quantity, registry
 from .effect_terms import effect_term, unit_of
 from .further_forms import BY_LOAD, FURTHER, PLACES, further_starts
-from .place_starts import limit_starts, spring_starts, stop_starts, store_starts, wear_starts
+from .place_starts import lags_s, limit_starts, spring_starts, stop_starts, store_starts, wear_starts
 from .problem import Problem
 from .spectrum import spectral_peaks
 from .start_groups import drawn
@@ -158,8 +158,8 @@ def grid(
         return [0.0, 1.0]
     if candidate.name == "saturation" and parameter.quantity is Quantity.INPUT_PEAK:
         return limit_starts(problem, parameter, unit, "centre_v" in candidate.also)
-    if candidate.name == "saturation" and name == "centre_v":
-        return [float(np.mean(problem.simulator.voltage_v))]
+    if candidate.name == "saturation" and name in ("centre_v", "behind_s"):
+        return [float(np.mean(problem.simulator.voltage_v))] if name == "centre_v" else lags_s(path)
     if candidate.name == "overflow" and name in _STOPS:
         return stop_starts(problem, path, parameter, unit)
     if candidate.name == "leakage" and name in _WORN:

@@ -19,6 +19,12 @@ _CUT_OFF = (0.05, 0.15, 0.3, 0.5)  # of the voltage's range
 _OUTSIDE = (0.4, 0.6, 1.0, 1.8)  # the same from the working voltage on
 
 
+def lags_s(path: PathSpec) -> list[float]:
+    """Time constants (s) of a path's own lags, the shortest first: one may come before what limits it."""
+    sizes = {round(float(size), 12) for size in np.abs(np.roots(path.denominator)) if size > 0.0}
+    return [path.time_scale / size for size in sorted(sizes, reverse=True)]
+
+
 def limit_starts(problem: Problem, parameter: Parameter, unit: float, about: bool = False) -> list[float]:
     """Where the voltages that still count begin.
 

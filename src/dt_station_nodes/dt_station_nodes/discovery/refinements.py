@@ -16,7 +16,7 @@ from .candidates import BY_ITSELF, Candidate, add_effect, grid
 from .problem import Problem
 from .settling import SETTLING, heated_drift, settling_drift
 from .start_groups import drawn
-from .terms import Term
+from .terms import Term, refits_all
 from .timing import DRIFT, seen_timing, softer
 
 Array = NDArray[np.float64]
@@ -24,10 +24,13 @@ Array = NDArray[np.float64]
 _MOST_COMBINATIONS = 64
 # A cylinder has no store before its own, and a piston's stop is no relief valve.
 _NO_PISTONS = tuple(("overflow", name) for name in ("inlet_limit", "spill", "opening_s", "reseat"))
+# Only of a linear path of few poles, all of which may be refitted, is it known which lags it has.
+_OF_FEW_LAGS = (("saturation", "behind_s"),)
 # Forms so near to a plainer one that rough data tell the two apart by accident.
 _FINE = (
     ("saturation", "straight"),
     ("saturation", "centre_v"),
+    ("saturation", "behind_s"),
     ("asymmetric_gain", "of_slope"),
     ("friction", "damping_s"),
 )
@@ -62,6 +65,7 @@ _TOGETHER = (
     (ANSWER, "stiffening"),
     ("saturation", "in_air"),
     ("lag_s", "changes"),
+    ("passing", "behind_s"),
 )
 _SAG, _SAG_BEND = "sag_per_s", "sag_bend"
 _BEGIN = (-1.0, 0.0, 1.0)  # places in a loop or a gap
@@ -134,6 +138,8 @@ def refinements(
         own = [name for name in own if (candidate.name, name) not in _FREE]
     if problem.windows.anchored:
         own = [name for name in own if (candidate.name, name) not in _NO_PISTONS]
+    if not refits_all(path):
+        own = [name for name in own if (candidate.name, name) not in _OF_FEW_LAGS]
     if problem.channel is Channel.POSITION and not problem.loaded:
         # What grows with a load that does not move is one with its size.
         own = [name for name in own if candidate.effect.parameter(name).quantity is not Quantity.PER_LOAD]

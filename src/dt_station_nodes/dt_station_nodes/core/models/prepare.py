@@ -45,7 +45,7 @@ def substeps(paths: Collection[PathSpec], sample_time_s: float) -> int:
     effects = [effect for path in paths for effect in path.effects]
     coupled = any(path.disturbance is not None for path in paths)
     inside = any(effect.place is Attachment.STATE for effect in effects)
-    if not (coupled or inside or any(registry()[effect.name].sub_stepped for effect in effects)):
+    if not (coupled or inside or any(registry()[e.name].moves(e.parameters) for e in effects)):
         return 1
     resolved = max((_feedback_rate(path) for path in paths), default=0.0) * sample_time_s / FINE_RAD
     return min(max(1, math.ceil(max(sample_time_s / LONGEST_SUBSTEP_S, resolved) - 1e-9)), MOST_SUBSTEPS)

@@ -152,7 +152,7 @@ class PathSimulator:
         if away is None or not _on_voltage(path):
             return self._answer(path, steps).copy()
         # What the load does is then the same whatever the effects do.
-        held = all(registry()[effect.name].holds for effect in path.effects)
+        held = all(registry()[effect.name].held(effect.parameters) for effect in path.effects)
         alone = self._answer(path, 1 if held else steps, loaded=False)
         return alone + away.gain * self._load_part(path, away, steps)
 

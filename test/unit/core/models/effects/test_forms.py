@@ -575,3 +575,27 @@ def test_a_gain_that_heats_goes_with_the_filtered_losses_and_back_at_rest(bend: 
     np.testing.assert_allclose(out[1:4001], 3.0 * law(-0.03 * 9.0 * held), rtol=1e-9)
     assert out[8000] == pytest.approx(-3.0 * law(-0.27), rel=1e-3), "either sign heats"
     assert out[16001] == pytest.approx(2.0, rel=2e-3), "at rest it cools"
+
+
+def _limited_between(voltage: Array, before_s: float, after_s: float, upper_v: float, fine: int = 50) -> Array:
+    """A lag, what gets through of it, and a lag, held within a fine step."""
+    step, before, after, found = STEP_S / fine, 0.0, 0.0, np.zeros(len(voltage))
+    for k, volts in enumerate(voltage):
+        found[k] = after
+        for _ in range(fine):
+            half = volts + (before - volts) * np.exp(-0.5 * step / before_s)
+            before = volts + (half - volts) * np.exp(-0.5 * step / before_s)
+            after = min(half, upper_v) + (after - min(half, upper_v)) * np.exp(-step / after_s)
+    return found
+
+
+@pytest.mark.parametrize("upper_v", [1.5, 100.0], ids=["met", "never met"])
+def test_a_limit_behind_one_of_a_paths_lags_limits_what_that_lets_through(upper_v: float) -> None:
+    before_s, after_s = 0.03, 0.08
+    lags = PathSpec(numerator=[1.0], denominator=[before_s * after_s, before_s + after_s, 1.0])
+    voltage = np.repeat(np.random.default_rng(8).uniform(0.0, 3.0, 40), 15)
+    behind = static(voltage, having(lags, "saturation", upper_v=upper_v, lower_v=-100.0, behind_s=before_s))
+    wanted = _limited_between(voltage, before_s, after_s, upper_v)
+    assert np.std(behind - wanted) < 2e-3 * np.std(wanted)
+    in_front = static(voltage, having(lags, "saturation", upper_v=upper_v, lower_v=-100.0))
+    assert (np.std(in_front - wanted) > 0.02 * np.std(wanted)) == (upper_v < 3.0)

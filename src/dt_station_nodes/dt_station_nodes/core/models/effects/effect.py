@@ -125,9 +125,10 @@ class Effect:
 
     `step` is a C function made by `effect_step`; its parameters come in the order of `parameters`, its state is
     `state_size` zeros at the start. `sub_stepped` effects are dynamic and need sub-steps within a sample; those that
-    `hold` give the same as long as the voltage before them is the same. An effect inside a static path feeds its output
-    back, which sub-steps must resolve, unless it `only_paces`: what is fed back sets how quick it is. One that does
-    nothing `between` two places of the output, parameters of it, needs an integrating path to be where it was measured.
+    `hold` give the same as long as the voltage before them is the same, but where the parameter that they are
+    `moved_by` is not 0: then they are dynamic too. An effect inside a static path feeds its output back, which
+    sub-steps must resolve, unless it `only_paces`: what is fed back sets how quick it is. One that does nothing
+    `between` two places of the output, parameters of it, needs an integrating path to be where it was measured.
     On the channels that it `feels_all_on`, it answers to all else inside the path, whatever the model lists after it.
 
     `also` lists the places other than `attachment` where a model may put it and discovery tries it, by channel;
@@ -148,6 +149,7 @@ class Effect:
     state_size: int = 0
     sub_stepped: bool = False
     holds: bool = False
+    moved_by: str = ""
     only_paces: bool = False
     feels_all_on: tuple[Channel, ...] = ()
     between: tuple[str, ...] = ()
@@ -162,6 +164,14 @@ class Effect:
         neutral = {p.name: p.neutral for p in self.parameters}
         object.__setattr__(self, "names", tuple(neutral))
         object.__setattr__(self, "_neutral", neutral)
+
+    def moves(self, parameters: Mapping[str, float]) -> bool:
+        """Whether it is dynamic, with such parameters."""
+        return self.sub_stepped or parameters.get(self.moved_by, 0.0) != 0.0
+
+    def held(self, parameters: Mapping[str, float]) -> bool:
+        """Whether, with such parameters, it gives the same as long as the voltage before it is the same."""
+        return self.holds and not self.moves(parameters)
 
     def places(self, channel: Channel) -> tuple[Attachment, ...]:
         """Where it may sit on a channel, its usual place first."""

@@ -1,7 +1,8 @@
 """Saturation: the valve, its amplifier or the supply gives no more beyond a limit.
 
 At the output of a path with a static gain the limits are the voltages that would hold it there; inside an integrating
-path, where the pump gives no more flow, those at which it would move so fast.
+path, where the pump gives no more flow, those at which it would move so fast. Behind one of a static path's own lags,
+as that of a coil before its iron saturates, it limits what that lag lets through.
 """
 
 import math
@@ -17,6 +18,7 @@ from ..compiled import (
     SPEED_GAIN,
     STAGE,
     STATIC_GAIN,
+    SUBSTEP,
     VELOCITY,
     VELOCITY_GAIN,
     Doubles,
@@ -66,12 +68,43 @@ def _limited(p: Doubles, value: float, unit: float) -> float:
     return about + _between(p, value - about, p[1] * unit - about, p[0] * unit - about, p[2] * unit)
 
 
+@njit(cache=True)
+def _passed(p: Doubles, value: float, unit: float) -> float:
+    limited = _limited(p, value, unit)
+    return limited + p[4] * (value - limited)
+
+
+@njit(cache=True)
+def _behind(p: Doubles, s: Doubles, value: float, lag_s: float, substep: float) -> float:
+    """What a path whose own lag comes before the limit would be given if it came behind, mean over the sub-step.
+
+    That is what gets through (Simpson's rule) and the lag's time times its rate, which that lag takes away again. How
+    early it comes within the sub-step is left to it and the next: a dipole of their means has the same first moment.
+    """
+    if s[0] == 0.0:
+        s[0], s[1] = 1.0, value
+    gap, quarter = s[1] - value, math.exp(-0.25 * substep / lag_s)
+    first = _passed(p, s[1], 1.0)
+    mean, moment, last = first / 12.0, -first / 24.0, first
+    for k in range(1, 5):
+        gap *= quarter
+        last = _passed(p, value + gap, 1.0)
+        weight = 4.0 if k % 2 == 1 else (2.0 if k == 2 else 1.0)
+        mean += weight / 12.0 * last
+        moment += weight / 12.0 * last * (0.25 * k - 0.5)
+    s[1] = value + gap
+    moment += lag_s / substep * (0.5 * (first + last) - mean)
+    earlier, s[2] = s[2], moment
+    return mean + lag_s * (last - first) / substep + earlier - moment
+
+
 @effect_step
 def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     if c[STAGE] == 1.0:
         return _less_flow(p, value, c)
-    limited = _limited(p, value, abs(c[STATIC_GAIN]) if c[STAGE] > 1.5 else 1.0)
-    return limited + p[4] * (value - limited)
+    if c[STAGE] > 1.5:
+        return _passed(p, value, abs(c[STATIC_GAIN]))
+    return _behind(p, s, value, p[8], c[SUBSTEP]) if p[8] > 1e-9 else _passed(p, value, 1.0)
 
 
 EFFECT = Effect(
@@ -149,10 +182,22 @@ EFFECT = Effect(
             optional=True,
             channels=(Channel.PRESSURE,),
         ),
+        Parameter(
+            "behind_s",
+            Quantity.TIME,
+            "time constant of the one of the path's own lags that comes before the limit; 0: all come behind it",
+            0.0,
+            2.0,
+            (0.05,),
+            optional=True,
+            at=Attachment.INPUT,
+        ),
     ),
     step=_step,
+    state_size=3,
     check="Raise the voltage in steps and see where the output stops following; look at amplifier and supply limits.",
     source="Merritt, Hydraulic Control Systems (1967), 5.3: flow saturation",
     also={Channel.PRESSURE: (Attachment.OUTPUT,), Channel.POSITION: (Attachment.STATE,)},
     holds=True,
+    moved_by="behind_s",
 )
