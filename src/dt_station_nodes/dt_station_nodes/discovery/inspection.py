@@ -94,7 +94,8 @@ def _looked_at(
         note = more or note
     finding, drift = found_adrift(finding, short.run, validation, spec, settings, progress, workers)
     if short.note:
-        finding = carried_over(finding, make_problem(run, spec, channel, settings, check.frozen), path)
+        whole_run = make_problem(run, spec, channel, settings, check.frozen)
+        finding = carried_over(finding, whole_run, path, float(short.rows[0]) * run.sample_time_s)
     whole = unseen
     if validation and unseen and len(unseen.measured) < len(validation):
         whole = make_problem(validation, spec, channel, settings)

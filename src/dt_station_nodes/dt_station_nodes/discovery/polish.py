@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..core.models import PathSpec
 from ..core.models.effects import registry
 from .channel import Finding, base_paths
+from .earlier import begun_earlier
 from .effect_terms import effect_term
 from .fit import least_squares
 from .hypothesis_fit import Fit, fit_hypothesis
@@ -65,8 +66,9 @@ def _refitted_on(problem: Problem, fit: Fit, steps: int) -> Fit:
     return fit_hypothesis(problem, hypothesis, [hypothesis.start()], steps)
 
 
-def _carried(explanation: Explanation, problem: Problem, refit: bool) -> Explanation:
-    return replace(explanation, fit=_refitted_on(problem, explanation.fit, CARRY if refit else 0))
+def _carried(explanation: Explanation, problem: Problem, refit: bool, earlier_s: float) -> Explanation:
+    fit = replace(explanation.fit, path=begun_earlier(explanation.fit.path, earlier_s))
+    return replace(explanation, fit=_refitted_on(problem, fit, CARRY if refit else 0))
 
 
 def _less(fit: Fit, name: str) -> Hypothesis:
@@ -108,10 +110,13 @@ def _keeping(finding: Finding, kept: tuple[str, ...]) -> Finding:
     return replace(finding, alternatives=others)
 
 
-def carried_over(finding: Finding, problem: Problem, path: PathSpec) -> Finding:
-    """A finding of a condensed run, brought to the whole of it: numbers refitted, residuals of all samples."""
-    null = _carried(finding.null, problem, not finding.interrupted)
-    best = _carried(finding.best, problem, not finding.interrupted) if finding.best.added else null
+def carried_over(finding: Finding, problem: Problem, path: PathSpec, earlier_s: float = 0.0) -> Finding:
+    """A finding of a condensed run, brought to the whole of it: numbers refitted, residuals of all samples.
+
+    `earlier_s` (s): how much earlier the whole begins.
+    """
+    null = _carried(finding.null, problem, not finding.interrupted, earlier_s)
+    best = _carried(finding.best, problem, not finding.interrupted, earlier_s) if finding.best.added else null
     if len(best.added) > 1 and not finding.interrupted:
         fit, kept = _needed(best.fit, best.added, lambda bare: _refitted_on(problem, bare, CARRY))
         finding = _keeping(finding, kept)
