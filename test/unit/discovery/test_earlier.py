@@ -28,22 +28,23 @@ def having(name: str, **numbers: float) -> PathSpec:
         ("periodic_disturbance", {"phase_rad": 1.0, "swell": 0.5, "swell_hz": 0.2, "swell_rad": 0.7}),
         ("periodic_disturbance", {"phase_rad": 1.0, "modulation_rad": 2.0, "modulation_hz": 0.1}),
         ("periodic_disturbance", {"phase_rad": 1.0, "burst_period_s": 3.0, "burst_share": 0.4, "burst_start_s": 1.1}),
-        ("gain_drift", {"jump": 0.3, "jump_s": 2.0, "rate_per_s": 0.0}),
+        ("gain_drift", {"jump": 0.3, "jump_s": 2.0, "second_jump": -0.2, "second_jump_s": 4.0, "rate_per_s": 0.0}),
+        ("gain_drift", {"rate_per_s": 0.02, "onset_s": 2.0}),
+        ("delay", {"delay_s": 0.1, "wander": 0.06, "wander_hz": 0.31, "wander_rad": 1.2}),
         ("bias", {"bias_v": 0.0, "jump_v": 0.3, "jump_s": 2.0}),
     ],
 )
 def test_the_same_comes_of_a_run_told_from_earlier_on(name: str, numbers: dict[str, float]) -> None:
     given = {"amplitude": 2e5, "frequency_hz": 1.3, **numbers} if name == "periodic_disturbance" else numbers
     late = having(name, **given)
-    volts = np.full(1200, 2.0)
+    volts = 2.0 + np.sin(0.1 * np.arange(1200))
 
-    def answer(path: PathSpec, samples: int) -> np.ndarray:
-        run = PathSimulator(Channel.PRESSURE, STEP_S, volts[:samples], np.zeros(0), 1e6, 1e6)
-        return run.simulate(path)
+    def answer(path: PathSpec, first: int) -> np.ndarray:
+        return PathSimulator(Channel.PRESSURE, STEP_S, volts[first:], np.zeros(0), 1e6, 1e6).simulate(path)
 
-    whole = answer(begun_earlier(late, CUT * STEP_S), 1200)
+    whole = answer(begun_earlier(late, CUT * STEP_S), 0)
     # What the path remembers of where it began is forgotten within a second.
-    assert whole[CUT + 50 :] == pytest.approx(answer(late, 1200 - CUT)[50:], rel=1e-6)
+    assert whole[CUT + 50 :] == pytest.approx(answer(late, CUT)[50:], rel=1e-6)
     assert begun_earlier(late, 0.0) is late
 
 

@@ -21,6 +21,14 @@ PERIODIC = "periodic_disturbance"
 DELAY = "delay"
 DRIFT = "gain_drift"
 BIAS = "bias"
+# What has a phase at the start of a run: effect, phase, frequency (Hz) that it turns with, size.
+PHASES = (
+    (PERIODIC, "phase_rad", "frequency_hz", "amplitude"),
+    (PERIODIC, "second_rad", "second_hz", "second_share"),
+    (PERIODIC, "swell_rad", "swell_hz", "swell"),
+    (PERIODIC, "modulation_phase_rad", "modulation_hz", "modulation_rad"),
+    (DELAY, "wander_rad", "wander_hz", "wander"),
+)
 
 # Of the residual's power: what a wandering delay must explain of it.
 TELLING = 0.1

@@ -9,18 +9,10 @@ from .beginnings import begun_anywhere, loop_of
 from .mounted import mounted_anywhere, spring_of
 from .noise import noise_floor
 from .problem import Problem
-from .timing import DELAY, PERIODIC, begun, swung, with_numbers
+from .timing import PERIODIC, PHASES, begun, swung, with_numbers
 
 Array = NDArray[np.float64]
 
-# Effects of which a phase is chance, with its name and that of the size of what has it.
-_CHANCE = (
-    (PERIODIC, "phase_rad", "amplitude"),
-    (PERIODIC, "second_rad", "second_share"),
-    (PERIODIC, "swell_rad", "swell"),
-    (PERIODIC, "modulation_phase_rad", "modulation_rad"),
-    (DELAY, "wander_rad", "wander"),
-)
 # Steps of Gauss's and Newton's for the phases of a disturbance whose frequency swings, a difference's turn (rad).
 _STEPS = 3
 _TURN = 1e-3
@@ -49,7 +41,7 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
     swinging = _with_chance(path, PERIODIC, "modulation_rad")
     if swinging is not None:
         return _in_phases(check, path, swinging)
-    for name, phase, size in _CHANCE:
+    for name, phase, _, size in PHASES:
         spec = _with_chance(path, name, size)
         if spec is not None:
             path, residual = _in_phase(check, path, spec, phase)
@@ -58,7 +50,7 @@ def unseen_residual(check: Problem, path: PathSpec) -> Array:
 
 def has_chance(path: PathSpec) -> bool:
     """Whether a path has an effect of which a phase is chance, another in each run."""
-    return any(_with_chance(path, name, size) is not None for name, _, size in _CHANCE)
+    return any(_with_chance(path, name, size) is not None for name, _, _, size in PHASES)
 
 
 def _with_chance(path: PathSpec, name: str, size: str) -> EffectSpec | None:
@@ -87,7 +79,7 @@ def _in_phases(check: Problem, path: PathSpec, spec: EffectSpec) -> Array:
     """What a disturbance whose frequency swings leaves of another run (n,), all its phases as they are there."""
     path = with_numbers(path, spec, swung(check, path, spec))
     path, best = _in_phase(check, path, path.effect(spec.name), "phase_rad")
-    phases = [phase for name, phase, size in _CHANCE if name == spec.name and spec.parameters.get(size, 0.0) != 0.0]
+    phases = [phase for name, phase, _, size in PHASES if name == spec.name and spec.parameters.get(size, 0.0) != 0.0]
     for _ in range(_STEPS):
         now = path.effect(spec.name)
         moved = [check.residual(with_numbers(path, now, {name: now.parameters[name] + _TURN})) for name in phases]

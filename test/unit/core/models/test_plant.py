@@ -88,6 +88,14 @@ def test_sub_steps_resolve_what_is_fed_back_but_not_what_only_paces_the_path():
     assert PlantModel(leaking, 0.02).substeps > PlantModel(softened, 0.02).substeps > 1
 
 
+def test_what_holds_is_sub_stepped_where_a_lag_of_the_path_comes_before_it():
+    lags = ModelSpec(name="p", paths={Channel.PRESSURE: PathSpec(numerator=[1.0], denominator=[0.001, 0.07, 1.0])})
+    limits = {"upper_v": 3.0, "lower_v": -3.0}
+    in_front = lags.with_effect(Channel.PRESSURE, "saturation", limits)
+    behind = lags.with_effect(Channel.PRESSURE, "saturation", {**limits, "behind_s": 0.02})
+    assert (PlantModel(in_front, 0.02).substeps, PlantModel(behind, 0.02).substeps) == (1, 4)
+
+
 def test_an_absent_path_gives_zero():
     alone = ModelSpec(name="p", paths={Channel.POSITION: LINEAR.paths[Channel.POSITION]})
     result = PlantModel(alone, 0.02).simulate(np.ones(10), np.ones(10))
