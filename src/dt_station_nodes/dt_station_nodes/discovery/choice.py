@@ -9,6 +9,7 @@ from .namesakes import namesakes
 from .problem import Problem
 from .selection import Explanation
 from .sense import sensible
+from .timing import PERIODIC
 from .unseen import unseen_residual
 
 ENOUGH_TO_TELL = 40.0  # the same over the smaller set, on one run
@@ -184,8 +185,9 @@ def _adds(best: Explanation, leader: Explanation, null: Explanation, measure: Me
     if not _evident(best, leader, measure):
         return False
     if before - after <= WORTH_NOISE * measure.noise:
-        # Unless it is the plainer of the two, and takes nearly all of it away.
-        return after <= FAINT_LEAVES * before and leader.fit.freedoms < best.fit.freedoms
+        # Unless it is the plainer of the two, or a tone that nothing else there makes, and takes nearly all of it away.
+        plainer = leader.fit.freedoms < best.fit.freedoms or set(leader.added) - set(best.added) == {PERIODIC}
+        return after <= FAINT_LEAVES * before and plainer
     if before < measure.noise and before - after < WORTH_SAYING * measure.left(null):
         # A mended form leaves much of it, what was missing takes most of it away.
         return after <= FAINT_LEAVES * before

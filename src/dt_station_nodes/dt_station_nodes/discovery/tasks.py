@@ -16,6 +16,14 @@ FOREMOST = 10
 LEADERS = 2  # whose refined forms the others' are held against
 _SAME_GLANCE = 1e-3  # of the cost: so near, the same is found again
 _FORLORN = 4.0  # times the cost of a rival
+CONFUSED = (  # forms, not sizes: what one leaves at a glance does not tell what the other would leave when refined
+    {"dead_zone", "friction"},
+    {"hysteresis", "backlash"},
+    {"extra_lag", "delay"},
+    {"asymmetric_gain", "load_dependent_gain"},
+    {"leakage", "load_dependent_gain"},
+    {"saturation", "rate_limit"},
+)
 SETTLED = 2.0  # times the cost of the best: what misses the run by more is not settled on the validation run
 
 
@@ -178,13 +186,15 @@ def best_of(tasks: Sequence[Task], most: int) -> tuple[list[Task], list[Task]]:
     """The `most` tasks of least cost in their order, and the others.
 
     Further forms and those apart take no one's place; a single effect's apart brings the plain one along, which may be
-    all that is to be named.
+    all that is to be named, and the foremost single effect what it is most easily taken for.
     """
     order = sorted(range(len(tasks)), key=lambda i: (_cost(tasks[i]), i))
     plain = np.cumsum([tasks[i].candidate.plain for i in order])
     chosen = {i for i, before in zip(order, plain, strict=True) if before <= most}
     apart = {_place(tasks[i]) for i in chosen if tasks[i].candidate.apart and not tasks[i].base.added}
     chosen |= {i for i in order if _place(tasks[i]) in apart}
+    foremost = {tasks[i].candidate.name for i in order[:1] if not tasks[i].base.added}
+    chosen |= {i for i in order if any({tasks[i].candidate.name, name} in CONFUSED for name in foremost)}
     return [t for i, t in enumerate(tasks) if i in chosen], [t for i, t in enumerate(tasks) if i not in chosen]
 
 
