@@ -21,6 +21,7 @@ from dt_station_nodes.discovery.problem import make_problem
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.settings import DiscoverySettings
 from dt_station_nodes.discovery.terms import nominal_terms
+from dt_station_nodes.discovery.timing import PERIODIC
 
 PAPER = ModelSpec.from_yaml((Path(__file__).resolve().parents[3] / "config/models/paper.yaml").read_text())
 TWO = ("delay", "rate_limit")
@@ -101,6 +102,17 @@ def test_the_form_of_one_effect_takes_no_more_numbers_than_a_second_that_explain
     )
     best = best_set(null, [null, one, replace(two, fit=plainer)], fitted[0])
     assert best.added == (("delay", "rate_limit") if both else ("delay",))
+
+
+@pytest.mark.parametrize(("after", "both"), [(0.02, True), (0.04, False)])
+def test_a_tone_is_no_form_of_the_effect_before_however_many_numbers_it_takes(
+    fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch, after: float, both: bool
+) -> None:
+    monkeypatch.setattr(choice, "sensible", lambda *_: True)
+    null, one = leaving(fitted, 1000.0), leaving(fitted, 0.2, "delay")
+    two = leaving(fitted, after, "delay", PERIODIC)
+    best = best_set(null, [null, one, two], fitted[0])
+    assert best.added == (("delay", PERIODIC) if both else ("delay",))
 
 
 @pytest.mark.parametrize(("times", "seen"), [(1.5, False), (2.5, True)])

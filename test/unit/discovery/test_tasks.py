@@ -11,6 +11,7 @@ from dt_station_nodes.discovery.candidates import Candidate
 from dt_station_nodes.discovery.further_forms import AT_REST, WORN
 from dt_station_nodes.discovery.selection import Bench, Explanation
 from dt_station_nodes.discovery.tasks import (
+    CONFUSED,
     FOREMOST,
     HOPELESS,
     OUTRUN,
@@ -67,9 +68,9 @@ def test_what_was_followed_no_further_is_settled_all_the_same(reached: float, ri
 
 
 def test_the_best_keep_their_order_and_a_form_apart_takes_no_ones_place() -> None:
-    tasks = [task("friction", 9.0), task("dead_zone", 3.0, apart=True), task("bias", 4.0), task("delay", 5.0)]
+    tasks = [task("friction", 9.0), task("leakage", 3.0, apart=True), task("bias", 4.0), task("delay", 5.0)]
     chosen, others = best_of(tasks, 2)
-    assert [t.candidate.name for t in chosen] == ["dead_zone", "bias", "delay"]
+    assert [t.candidate.name for t in chosen] == ["leakage", "bias", "delay"]
     assert [t.candidate.name for t in others] == ["friction"]
 
 
@@ -97,6 +98,23 @@ def test_a_single_effects_form_apart_brings_its_plain_one_along() -> None:
     more = explained(1e3, added=("leakage",))
     chosen, _ = best_of([task(name, cost, apart=apart, base=more) for name, cost, apart in costs], 1)
     assert [(t.candidate.name, t.candidate.apart) for t in chosen] == [("bias", False), ("delay", True)]
+
+
+@pytest.mark.parametrize("names", sorted(map(sorted, CONFUSED)))
+@pytest.mark.parametrize("foremost", [0, 1])
+def test_the_foremost_single_effect_brings_along_what_it_is_most_easily_taken_for(
+    names: list[str], foremost: int
+) -> None:
+    """A dead zone whose edges differ leaves less at a glance than the friction that a refined form tells it from."""
+    first, other = names[foremost], names[1 - foremost]
+    costs = ((first, 3.0), ("bias", 4.0), (other, 9.0), ("cubic_stiffness", 8.0))
+    chosen, _ = best_of([task(*cost) for cost in costs], 2)
+    assert [t.candidate.name for t in chosen] == [first, "bias", other]
+    chosen, _ = best_of([task(*cost) for cost in (("bias", 2.0), *costs)], 2)
+    assert [t.candidate.name for t in chosen] == ["bias", first]
+    more = explained(1e3, added=("bias",))
+    chosen, _ = best_of([task(*cost, base=more) for cost in costs], 1)
+    assert [t.candidate.name for t in chosen] == [first]
 
 
 @pytest.mark.parametrize(
