@@ -135,6 +135,28 @@ def fitted(bench: Bench, path: PathSpec) -> Explanation:
     return bench.judged(bench.explained(fit, names, freed))
 
 
+def test_effects_are_added_to_single_ones_that_were_grown_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A loop on two levels has many forms: where one of them foretells the other run, nothing is to be added to it."""
+    path = AXIS.paths[Channel.POSITION]
+    lapped = add_effect(path, Candidate("dead_zone"), {"half_width_v": 0.3})
+    bench = bench_for(lapped)
+    found, anew = fitted(bench, lapped), fitted(bench, lapped)
+    added_to: list[Explanation] = []
+
+    class Grown:
+        def __init__(self, *given: Any) -> None:
+            added_to.extend(given[2])
+
+        def run(self) -> None:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(channel, "scan", lambda *_: [found])
+    monkeypatch.setattr(channel, "regrown_alone", lambda _, __, known, ___: [anew if e is found else e for e in known])
+    monkeypatch.setattr(channel, "Growth", Grown)
+    channel.examine(bench.problem, path, DiscoverySettings())
+    assert [e is anew for e in added_to if e.added] == [True]
+
+
 @pytest.mark.parametrize(("others", "verdict"), [(5, Verdict.NAMED), (6, Verdict.UNEXPLAINED)])
 def test_a_name_in_whose_place_six_others_could_stand_is_none(
     monkeypatch: pytest.MonkeyPatch, others: int, verdict: Verdict

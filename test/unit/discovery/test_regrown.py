@@ -10,7 +10,7 @@ from dt_station_nodes.discovery import regrown as module
 from dt_station_nodes.discovery.candidates import Candidate
 from dt_station_nodes.discovery.choice import best_set
 from dt_station_nodes.discovery.measure import Measure, take_measure
-from dt_station_nodes.discovery.regrown import regrown
+from dt_station_nodes.discovery.regrown import regrown, regrown_alone
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -82,6 +82,25 @@ def test_single_effects_are_begun_anew_where_all_miss_much(
     one, other = (replace(single, powers=tuple((1.0 + k * missed) * n for n in noise)) for k in (1, 2))
     regrown(bench, null, [null, one, other], measure)
     assert len(seen) == begun
+
+
+@pytest.mark.parametrize(("noises", "penalty", "anew"), [(1.0, 0.0, True), (1.3, 0.0, False), (1.0, 40.0, False)])
+def test_a_single_effect_that_leaves_noise_of_the_run_alone_is_begun_anew_before_others_are_added(
+    monkeypatch: pytest.MonkeyPatch,
+    bench: Bench,
+    null: Explanation,
+    single: Explanation,
+    noises: float,
+    penalty: float,
+    anew: bool,
+) -> None:
+    monkeypatch.setattr(module, "regrown", lambda *given: [*given[2], null])
+    fit = replace(single.fit, rss=noises * len(single.fit.residual), penalty=penalty)
+    known = [null, replace(single, fit=fit)]
+    measure = take_measure(bench, known)
+    assert regrown_alone(bench, null, known, measure) == ([*known, null] if anew else known)
+    assert regrown_alone(bench, null, [null], measure) == [null]
+    assert regrown_alone(replace(bench, check=None), null, known, measure) == known
 
 
 def test_what_comes_out_worse_is_not_kept(

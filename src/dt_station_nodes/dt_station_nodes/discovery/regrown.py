@@ -26,6 +26,16 @@ def regrown(bench: Bench, null: Explanation, known: Iterable[Explanation], measu
     return exchanged(listed, anew, [min(e, _grown(measure, e), key=measure.score) for e in anew])
 
 
+def regrown_alone(bench: Bench, null: Explanation, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
+    """What is known; single effects grown anew where the best one leaves noise of the run, but more of the other.
+
+    Another form may foretell the other: only where none does is a further effect to be looked for.
+    """
+    listed = list(known)
+    best = null if bench.rough or bench.check is None else best_set(null, listed, measure)
+    return regrown(bench, null, listed, measure) if best.added and best.fit.full else listed
+
+
 def _doubtful(null: Explanation, known: list[Explanation], measure: Measure) -> list[Explanation]:
     """The best set and those next behind it, as small; of single effects, each refined already, where all miss much."""
     best = best_set(null, known, measure)
