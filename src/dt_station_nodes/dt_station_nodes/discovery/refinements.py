@@ -65,6 +65,7 @@ _TOGETHER = (
     (ANSWER, "stiffening"),
     ("saturation", "in_air"),
     ("lag_s", "changes"),
+    ("stretch_per_v", "stretch_levels_v"),
 )
 _SAG, _SAG_BEND = "sag_per_s", "sag_bend"
 _BEGIN = (-1.0, 0.0, 1.0)  # places in a loop or a gap

@@ -940,6 +940,17 @@ def test_a_line_that_mixes_is_late_by_its_dead_time_with_that_spread(mixing):
     assert float(arrivals(mixing=mixing, dispersion=0.2) @ late) + 0.5 * TS == pytest.approx(plain, abs=0.2 * TS)
 
 
+@pytest.mark.parametrize(("stretch", "levels_v"), [(-0.9, 0.5), (-0.3, 1e9), (0.6, 1.0)])
+def test_a_delay_is_shorter_or_longer_the_more_flows_up_to_where_that_levels_off(stretch, levels_v):
+    ramp = 0.2 * TIME
+    out = answer("delay", {"delay_s": 0.2, "stretch_per_v": stretch, "stretch_levels_v": levels_v}, voltage=ramp)
+    late_s = ((ramp[:-1] - out) / 0.2)[50:]
+    expected = 0.2 * (1.0 + stretch * levels_v * np.tanh(ramp[:-1] / levels_v))[50:]
+    # A voltage is held for a sample.
+    assert np.abs(late_s - late_s.mean() - (expected - expected.mean())).max() < 0.6 * TS
+    assert np.ptp(late_s) == pytest.approx(np.ptp(expected), abs=TS)
+
+
 def test_a_delay_that_wanders_is_longer_and_shorter_in_turn():
     ramp = 1.0 * TIME
     out = answer("delay", {"delay_s": 0.2, "wander": 0.5, "wander_hz": 0.25, "wander_rad": 0.3}, voltage=ramp)

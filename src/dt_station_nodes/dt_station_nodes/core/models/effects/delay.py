@@ -80,7 +80,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     share = -math.expm1(-c[SUBSTEP] / cell_s) if cell_s > 0.0 else 1.0
     mixing_s = _CELLS * c[SUBSTEP] * (1.0 / share - 1.0)
     early = p[0] * min(p[5], 1.0)
-    line = p[0] * (1.0 + p[1] * abs(value) + wander + longer) - early - mixing_s
+    flowing_v = p[9] * math.tanh(abs(value) / p[9])
+    line = p[0] * (1.0 + p[1] * flowing_v + wander + longer) - early - mixing_s
     behind = min(max(line / c[SUBSTEP], 0.0), 510.0)
     whole = int(behind)
     part = behind - whole
@@ -105,8 +106,8 @@ EFFECT = Effect(
             "stretch_per_v",
             Quantity.RATIO,
             "how much longer the delay is per volt, as flow speeds or slows it",
-            -0.3,
-            0.3,
+            -1.0,
+            1.0,
             (-0.03,),
             optional=True,
         ),
@@ -157,6 +158,16 @@ EFFECT = Effect(
             0.0,
             0.4,
             (0.1, 0.3),
+            optional=True,
+        ),
+        Parameter(
+            "stretch_levels_v",
+            Quantity.SIGNAL,
+            "voltage about which more of it makes the delay no longer, nor shorter; 1e9 for never",
+            0.01,
+            1e9,
+            (0.1, 0.4),
+            neutral=1e9,
             optional=True,
         ),
     ),
