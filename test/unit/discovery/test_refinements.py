@@ -80,8 +80,13 @@ def test_a_piston_that_hunts_is_friction_with_its_numbers() -> None:
     [
         (Channel.PRESSURE, Candidate("overflow", Attachment.OUTPUT), {"limit": 3e6}, ("rounding", "override")),
         (Channel.POSITION, Candidate("cross_coupling"), {"share": 0.05}, ("lag_s", "changes")),
+        (Channel.POSITION, Candidate("delay"), {"delay_s": 0.05}, ("stretch_per_v", "stretch_levels_v")),
     ],
-    ids=["a soft bend and what passes it", "changes that cross over and the lag they fade with"],
+    ids=[
+        "a soft bend and what passes it",
+        "changes that cross over and the lag they fade with",
+        "a flow that makes a delay shorter and where that ends",
+    ],
 )
 def test_what_comes_together_is_tried_together(
     channel: Channel, candidate: Candidate, plain: dict[str, float], pair: tuple[str, str]
@@ -91,8 +96,9 @@ def test_what_comes_together_is_tried_together(
     forms = refinements(problem, path, candidate, problem.residual(path))
     assert pair in forms.steps
     starts = [start.effect(candidate.name).parameters for start in step_starts(path, forms, pair)]
-    assert any(all(p[name] > 0.0 for name in pair) for p in starts)
-    assert any(all(p[name] == 0.0 for name in pair) for p in starts)
+    neutral = {name: candidate.effect.parameter(name).neutral for name in pair}
+    assert any(all(p[name] != neutral[name] for name in pair) for p in starts)
+    assert any(all(p[name] == neutral[name] for name in pair) for p in starts)
 
 
 def test_what_a_load_presses_on_is_tried_where_a_load_moves_only() -> None:
