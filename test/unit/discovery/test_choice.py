@@ -283,6 +283,28 @@ def test_a_name_that_leaves_a_little_is_told_with_one_that_leaves_not_much_more(
     assert found.alternatives == ((("friction",),) if told_together else ((),))
 
 
+@pytest.mark.parametrize(("behind", "equal"), [(30.0, True), (50.0, False)])
+@pytest.mark.parametrize("swapped", [False, True])
+def test_two_limits_are_told_apart_by_more_than_how_they_bend(
+    fitted: tuple[Measure, Explanation],
+    monkeypatch: pytest.MonkeyPatch,
+    behind: float,
+    equal: bool,
+    swapped: bool,
+) -> None:
+    measure, _ = fitted
+    more = float(np.expm1(behind / measure.samples))
+    names = ("overflow", "saturation")[:: -1 if swapped else 1]
+    null, named, limit, loop = (
+        leaving(fitted, *one) for one in ((5.0,), (0.0, names[0]), (more, names[1]), (more, "backlash"))
+    )
+    assert measure.score(limit) - measure.score(named) == pytest.approx(behind, rel=0.05)
+    monkeypatch.setattr(channel, "best_set", lambda *_: named)
+    monkeypatch.setattr(channel, "sensible", lambda *_: True)
+    found = _decide(measure.bench, null.fit.residual, null, [null, named, limit, loop], interrupted=False)
+    assert found.alternatives == (((names[1],),) if equal else ((),))
+
+
 def test_what_is_there_in_name_only_stands_for_no_name(
     fitted: tuple[Measure, Explanation], monkeypatch: pytest.MonkeyPatch
 ) -> None:

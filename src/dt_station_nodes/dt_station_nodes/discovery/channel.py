@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
-from .choice import alternatives, best_set, certain, hides, rivals_with, with_namesakes
+from .choice import alternatives, best_set, both_limit, certain, hides, rivals_with, with_namesakes
 from .distinct import distinct
 from .doubts import DOUBT_SHARE, LEFT_NOISE, doubted
 from .growth import MOST, Growth
@@ -42,7 +42,8 @@ BENT_SHARE = 0.015  # the same for several effects that need nominal parameters 
 REAL_SHARE = 0.15  # the same where nothing of any kind leaves much less,
 NOBODY_LEAVES = 0.33  # that is this part of it
 ALIKE = 1.25  # times what the best leaves beyond noise is as good where that is much,
-TOLD = 12.0  # twice a log-likelihood ratio: forms are never quite the rig's, so a smaller one tells no two apart
+TOLD = 12.0  # twice a log-likelihood ratio: forms are never quite the rig's, so a smaller one tells no two apart,
+BENDS_TOLD = 40.0  # nor does this two limits, between which only how they bend decides
 FAINT = 0.03  # of the noise power, left by a name: its form is not quite the rig's,
 FAINT_ALIKE = 4.0  # and one that leaves so many times as much may be nearer to it in kind
 NEEDED = 4.0  # times as much is left by all that does without the set: it is there, if not alone
@@ -195,7 +196,7 @@ def _decide(bench: Bench, given: Array, null: Explanation, known: list[Explanati
         close = [p for p in peers if measure.left(p[1]) < FAINT_ALIKE * left]
     alike = [p for p in close if sensible(p[1], bench.problem)]
     told = TOLD if len(best.added) == 1 else SAME
-    equals = [p for p in peers if p[0] <= told or p in alike]
+    equals = [p for p in peers if p[0] <= (BENDS_TOLD if both_limit(best, p[1]) else told) or p in alike]
     instead = alternatives(best, equals)
     most = max(map(len, instead), default=0)
     vague = most >= VAGUE or (much and any(measure.left(e) < ALIKE * left for e in in_place_of_one(best, known)))

@@ -30,6 +30,7 @@ FAINT_LEAVES = 0.12  # unless it leaves at most this much of what they left
 SMALL_SHARE = 0.02  # one that is worth less of the gap
 SMALL_LEAVES = 0.12  # must leave little of it
 LOOPS = {"hysteresis", "backlash"}
+LIMITS = {"saturation", "overflow"}
 EVIDENT = (0.003, 0.02)  # of the signal: RMS that it explains on the run, or else on the validation run
 
 
@@ -120,6 +121,11 @@ def certain(explanation: Explanation, measure: Measure) -> bool:
 def rivals_with(best: Explanation, other: Explanation, measure: Measure) -> bool:
     """Whether another explanation that does as well stands for its names: a loop does for a gap however it is bent."""
     return set(best.added) ^ set(other.added) == LOOPS or certain(other, measure)
+
+
+def both_limit(one: Explanation, other: Explanation) -> bool:
+    """Whether two single effects are limits, of what goes in or of what comes out."""
+    return len(one.added) == len(other.added) == 1 and {*one.added, *other.added} == LIMITS
 
 
 def sure(explanation: Explanation, measure: Measure) -> bool:
