@@ -193,18 +193,38 @@ def paired(singles: tuple[Bench, Explanation, list[Explanation]], left: float = 
     return [first, single, *pairs]
 
 
-@pytest.mark.parametrize(("share", "again"), [(0.05, False), (0.2, True)])
+@pytest.mark.parametrize(
+    ("of_left", "share", "as_free", "again"),
+    [
+        (False, 0.05, False, False),
+        (False, 0.2, False, True),
+        (True, 0.005, True, False),
+        (True, 0.005, False, True),
+        (True, 0.02, True, True),
+    ],
+)
 def test_no_effect_is_exchanged_on_what_leaves_the_same_as_what_each_was_added_to(
-    singles: tuple[Bench, Explanation, list[Explanation]], monkeypatch: pytest.MonkeyPatch, share: float, again: bool
+    singles: tuple[Bench, Explanation, list[Explanation]],
+    monkeypatch: pytest.MonkeyPatch,
+    of_left: bool,
+    share: float,
+    as_free: bool,
+    again: bool,
 ) -> None:
-    """Of the noise power, between the two: a form found beside another effect may be another."""
+    """Of the noise power, or where the same numbers are free of what is left, between the two.
+
+    A form found beside another effect may be another.
+    """
     bench = singles[0]
     first, single, _, pair = paired(singles)
     known = [first, single, pair]
     measure = take_measure(bench, known)
     count = len(bench.problem.measured)
-    apart = (share * measure.floors[0]) ** 0.5 * np.where(np.arange(count) % 2, 1.0, -1.0)
-    moved = replace(single, fit=replace(single.fit, residual=single.fit.residual + apart))
+    power = float(np.mean(single.fit.residual**2)) if of_left else measure.floors[0]
+    assert 0.005 * float(np.mean(single.fit.residual**2)) > 0.2 * measure.floors[0]
+    apart = (share * power) ** 0.5 * np.where(np.arange(count) % 2, 1.0, -1.0)
+    freed = single.freed if as_free else {name: (*own, "more") for name, own in single.freed.items()}
+    moved = replace(single, freed=freed, fit=replace(single.fit, residual=single.fit.residual + apart))
     other = replace(moved, added=("bias",))
     bases: list[Explanation] = []
     monkeypatch.setattr(growth, "scan", lambda _bench, chosen, *_: bases.extend(chosen) or [])

@@ -23,6 +23,7 @@ _NEAR = 100.0  # twice the log-likelihood ratio by which a set is behind that is
 _ROUNDS = 2
 _EXCHANGES = 2  # in a row, where the first puts other names in front
 _TRACE = 0.1  # of the noise power, between what two forms leave: from both the same is found
+_NEARLY = 0.01  # of what is left, the same where the same numbers are free
 _ANEW = 20.0  # a set found so much better than when it was grown from is grown from again
 
 
@@ -204,10 +205,22 @@ class Growth:
             self._known += recurring(found, self._known, measure)
 
     def _alike(self, base: Explanation, measure: Measure) -> bool:
-        """Whether every effect was added to a set of these names that leaves the same but for a trace of noise."""
-        most = _TRACE * len(base.fit.residual) * measure.floors[0]
-        same = (e for e in self._scanned if set(e.added) == set(base.added))
-        return any(float(np.sum(np.square(e.fit.residual - base.fit.residual))) < most for e in same)
+        """Whether every effect was added to a set of these names that leaves the same but for a trace.
+
+        One in which the same numbers are free comes to the same from a little further off.
+        """
+        noise = _TRACE * len(base.fit.residual) * measure.floors[0]
+        near = max(noise, _NEARLY * float(np.sum(np.square(base.fit.residual))))
+        return any(
+            float(np.sum(np.square(e.fit.residual - base.fit.residual))) < (near if _as_free(e, base) else noise)
+            for e in self._scanned
+            if set(e.added) == set(base.added)
+        )
+
+
+def _as_free(one: Explanation, other: Explanation) -> bool:
+    """Whether two sets of the same names have the same numbers free."""
+    return all(set(own) == set(other.freed[name]) for name, own in one.freed.items())
 
 
 def _idle(larger: Explanation, single: Explanation, measure: Measure) -> bool:
