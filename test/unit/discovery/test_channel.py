@@ -150,8 +150,11 @@ def test_effects_are_added_to_single_ones_that_were_grown_anew(monkeypatch: pyte
         def run(self) -> None:
             raise KeyboardInterrupt
 
+    def regrown(*given: Any, where_full: bool) -> list[Explanation]:
+        return [anew if e is found and where_full else e for e in given[2]]
+
     monkeypatch.setattr(channel, "scan", lambda *_: [found])
-    monkeypatch.setattr(channel, "regrown_alone", lambda _, __, known, ___: [anew if e is found else e for e in known])
+    monkeypatch.setattr(channel, "regrown", regrown)
     monkeypatch.setattr(channel, "Growth", Grown)
     channel.examine(bench.problem, path, DiscoverySettings())
     assert [e is anew for e in added_to if e.added] == [True]

@@ -10,7 +10,7 @@ from dt_station_nodes.discovery import regrown as module
 from dt_station_nodes.discovery.candidates import Candidate
 from dt_station_nodes.discovery.choice import best_set
 from dt_station_nodes.discovery.measure import Measure, take_measure
-from dt_station_nodes.discovery.regrown import regrown, regrown_alone
+from dt_station_nodes.discovery.regrown import regrown
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -94,13 +94,15 @@ def test_a_single_effect_that_leaves_noise_of_the_run_alone_is_begun_anew_before
     penalty: float,
     anew: bool,
 ) -> None:
-    monkeypatch.setattr(module, "regrown", lambda *given: [*given[2], null])
+    seen: list[Explanation] = []
+    monkeypatch.setattr(module, "told", lambda *given: seen.append(given[-1]) or given[-1])
     fit = replace(single.fit, rss=noises * len(single.fit.residual), penalty=penalty)
     known = [null, replace(single, fit=fit)]
     measure = take_measure(bench, known)
-    assert regrown_alone(bench, null, known, measure) == ([*known, null] if anew else known)
-    assert regrown_alone(bench, null, [null], measure) == [null]
-    assert regrown_alone(replace(bench, check=None), null, known, measure) == known
+    regrown(bench, null, known, measure, where_full=True)
+    assert bool(seen) is anew
+    regrown(bench, null, known, measure)
+    assert len(seen) == 1 + anew
 
 
 def test_what_comes_out_worse_is_not_kept(

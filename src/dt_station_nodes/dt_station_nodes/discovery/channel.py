@@ -17,7 +17,7 @@ from .noise import whiteness
 from .parsimony import simplified, told_exactly
 from .problem import Problem
 from .recurring import recurring
-from .regrown import regrown, regrown_alone
+from .regrown import regrown
 from .result import Verdict
 from .retold import retold
 from .search import scan, scan_whole
@@ -136,7 +136,8 @@ def examine(
             far = min(measure.left(e) for e in known if e.inside) > MOSTLY * measure.left(null)
             if far and not problem.may_be_rough:
                 known = distinct(bench, [*known, *recurring(scan_whole(bench, begin, MOST_WHOLE), known, measure)])
-            known = regrown_alone(bench, null, known, take_measure(bench, known))
+            # Another form may foretell the other run: only where none does is a further effect to be looked for.
+            known = regrown(bench, null, known, take_measure(bench, known), where_full=True)
             Growth(bench, null, known, settings.max_effects).run()
         elif silent_verdict(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:
             # What shifts a run's phase or size may be an effect as well as a parameter far off.

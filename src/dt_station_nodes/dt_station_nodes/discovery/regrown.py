@@ -15,31 +15,25 @@ _MISSED = 0.5  # of the gap, which one behind may leave at most,
 _MOST = 4  # of which so many are begun anew
 
 
-def regrown(bench: Bench, null: Explanation, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
+def regrown(
+    bench: Bench, null: Explanation, known: Iterable[Explanation], measure: Measure, where_full: bool = False
+) -> list[Explanation]:
     """What is known; the best set and those next behind it, grown from their plain forms where that serves them better.
 
     Beside another effect a form is refined by what helps it most at once, and from there no step may lead on; of the
-    many sets tried only the foremost are refined at all.
+    many sets tried only the foremost are refined at all. `where_full`: only where the best one leaves noise of the run.
     """
     listed = list(known)
-    anew = [] if bench.rough or bench.check is None else _doubtful(null, listed, measure)
+    anew = [] if bench.rough or bench.check is None else _doubtful(null, listed, measure, where_full)
     return exchanged(listed, anew, [min(e, _grown(measure, e), key=measure.score) for e in anew])
 
 
-def regrown_alone(bench: Bench, null: Explanation, known: Iterable[Explanation], measure: Measure) -> list[Explanation]:
-    """What is known; single effects grown anew where the best one leaves noise of the run, but more of the other.
-
-    Another form may foretell the other: only where none does is a further effect to be looked for.
-    """
-    listed = list(known)
-    best = null if bench.rough or bench.check is None else best_set(null, listed, measure)
-    return regrown(bench, null, listed, measure) if best.added and best.fit.full else listed
-
-
-def _doubtful(null: Explanation, known: list[Explanation], measure: Measure) -> list[Explanation]:
+def _doubtful(null: Explanation, known: list[Explanation], measure: Measure, where_full: bool) -> list[Explanation]:
     """The best set and those next behind it, as small; of single effects, each refined already, where all miss much."""
     best = best_set(null, known, measure)
-    if not best.added or (len(best.added) == 1 and measure.missed_by(best) < _MISFIT):
+    if not best.added or (where_full and not best.fit.full):
+        return []
+    if len(best.added) == 1 and measure.missed_by(best) < _MISFIT:
         return []
     as_small = [e for e in known if e.inside and 0 < len(e.added) <= len(best.added) and e is not best]
     near = [e for e in as_small if measure.left(e) < _MISSED * measure.left(null)]

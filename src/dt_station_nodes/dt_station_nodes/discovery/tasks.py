@@ -193,8 +193,8 @@ def best_of(tasks: Sequence[Task], most: int) -> tuple[list[Task], list[Task]]:
     chosen = {i for i, before in zip(order, plain, strict=True) if before <= most}
     apart = {_place(tasks[i]) for i in chosen if tasks[i].candidate.apart and not tasks[i].base.added}
     chosen |= {i for i in order if _place(tasks[i]) in apart}
-    foremost = {tasks[i].candidate.name for i in order[:1] if not tasks[i].base.added}
-    chosen |= {i for i in order if any({tasks[i].candidate.name, name} in CONFUSED for name in foremost)}
+    foremost = [tasks[i].candidate.name for i in order[:1] if not tasks[i].base.added]
+    chosen |= {i for i in order if {*foremost, tasks[i].candidate.name} in CONFUSED}
     return [t for i, t in enumerate(tasks) if i in chosen], [t for i, t in enumerate(tasks) if i not in chosen]
 
 

@@ -80,8 +80,8 @@ def _step(p: Doubles, s: Doubles, value: float, c: Doubles) -> float:
     share = -math.expm1(-c[SUBSTEP] / cell_s) if cell_s > 0.0 else 1.0
     mixing_s = _CELLS * c[SUBSTEP] * (1.0 / share - 1.0)
     early = p[0] * min(p[5], 1.0)
-    flowing_v = p[9] * math.tanh(abs(value) / p[9])
-    line = p[0] * (1.0 + p[1] * flowing_v + wander + longer) - early - mixing_s
+    stretched = p[1] * (p[9] * math.tanh(abs(value) / p[9])) if p[1] != 0.0 else 0.0
+    line = p[0] * (1.0 + stretched + wander + longer) - early - mixing_s
     behind = min(max(line / c[SUBSTEP], 0.0), 510.0)
     whole = int(behind)
     part = behind - whole
