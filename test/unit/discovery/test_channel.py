@@ -16,6 +16,7 @@ from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.choice import BENT
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
+from dt_station_nodes.discovery.regrown import Form
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -148,16 +149,23 @@ def test_effects_are_added_to_single_ones_that_were_grown_anew(monkeypatch: pyte
             added_to.extend(given[2])
 
         def run(self) -> None:
-            raise KeyboardInterrupt
+            pass
 
-    def regrown(*given: Any, where_full: bool) -> list[Explanation]:
-        return [anew if e is found and where_full else e for e in given[2]]
+    passed_on: list[frozenset[Form]] = []
+    form = ("dead_zone",), b"numbers"
+
+    def regrown(
+        *given: Any, where_full: bool = False, tried: frozenset[Form] = frozenset()
+    ) -> tuple[list[Explanation], frozenset[Form]]:
+        passed_on.append(tried)
+        return [anew if e is found and where_full else e for e in given[2]], tried | {form}
 
     monkeypatch.setattr(channel, "scan", lambda *_: [found])
     monkeypatch.setattr(channel, "regrown", regrown)
     monkeypatch.setattr(channel, "Growth", Grown)
     channel.examine(bench.problem, path, DiscoverySettings())
     assert [e is anew for e in added_to if e.added] == [True]
+    assert passed_on == [frozenset(), {form}]
 
 
 @pytest.mark.parametrize(("others", "verdict"), [(5, Verdict.NAMED), (6, Verdict.UNEXPLAINED)])

@@ -1,5 +1,6 @@
 """Sets whose form no step led to, grown again from where their effects are plain."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -57,7 +58,7 @@ def test_a_set_that_was_never_refined_is_found(
     known = [null, single, rival, behind]
     measure = take_measure(bench, known)
     assert best_set(null, known, measure) is rival
-    found = regrown(bench, null, known, measure)
+    found, _ = regrown(bench, null, known, measure)
     assert [e.added for e in found] == [e.added for e in known]
     best = best_set(null, found, take_measure(bench, found))
     assert best.added == ("asymmetric_gain", "extra_lag")
@@ -75,7 +76,7 @@ def test_single_effects_are_begun_anew_where_all_miss_much(
     monkeypatch: pytest.MonkeyPatch, bench: Bench, null: Explanation, single: Explanation, missed: float, begun: int
 ) -> None:
     seen: list[Explanation] = []
-    monkeypatch.setattr(module, "told", lambda *given: seen.append(given[-1]) or given[-1])
+    monkeypatch.setattr(module, "told", lambda _, plain: seen.extend(plain) or plain)
     known = [null, single, fitted(bench, {"asymmetric_gain": ASYMMETRY, "extra_lag": LAGS})]
     measure = take_measure(bench, known)
     noise = [floor * len(p.measured) for floor, p in zip(measure.floors, bench.problems, strict=True)]
@@ -95,7 +96,7 @@ def test_a_single_effect_that_leaves_noise_of_the_run_alone_is_begun_anew_before
     anew: bool,
 ) -> None:
     seen: list[Explanation] = []
-    monkeypatch.setattr(module, "told", lambda *given: seen.append(given[-1]) or given[-1])
+    monkeypatch.setattr(module, "told", lambda _, plain: seen.extend(plain) or plain)
     fit = replace(single.fit, rss=noises * len(single.fit.residual), penalty=penalty)
     known = [null, replace(single, fit=fit)]
     measure = take_measure(bench, known)
@@ -108,23 +109,47 @@ def test_a_single_effect_that_leaves_noise_of_the_run_alone_is_begun_anew_before
 def test_what_comes_out_worse_is_not_kept(
     monkeypatch: pytest.MonkeyPatch, bench: Bench, null: Explanation, single: Explanation, rival: Explanation
 ) -> None:
-    def worse(_: Measure, plain: Explanation) -> Explanation:
-        return replace(plain, powers=tuple(2.0 * power for power in plain.powers))
+    def worse(_: Measure, plain: list[Explanation]) -> list[Explanation]:
+        return [replace(one, powers=tuple(2.0 * power for power in one.powers)) for one in plain]
 
     monkeypatch.setattr(module, "told", worse)
     known = [null, single, rival]
-    assert regrown(bench, null, known, take_measure(bench, known)) == known
+    assert regrown(bench, null, known, take_measure(bench, known))[0] == known
+
+
+def test_what_was_tried_or_came_of_it_is_not_tried_again(
+    monkeypatch: pytest.MonkeyPatch, bench: Bench, null: Explanation, single: Explanation, rival: Explanation
+) -> None:
+    seen: list[tuple[str, ...]] = []
+
+    def better(_: Measure, plain: list[Explanation]) -> list[Explanation]:
+        seen.extend(one.added for one in plain)
+        moved = [replace(one.fit.fitted, x=1.01 * one.fit.fitted.x) for one in plain]
+        fits = [replace(one.fit, fitted=there) for one, there in zip(plain, moved, strict=True)]
+        return [replace(one, fit=fit) for one, fit in zip(plain, fits, strict=True)]
+
+    monkeypatch.setattr(module, "told", better)
+    first = [null, single, rival]
+    measure = take_measure(bench, first)
+    known, tried = regrown(bench, null, first, measure)
+    assert sorted(seen) == sorted([single.added, rival.added])
+    seen.clear()
+    copies = [pickle.loads(pickle.dumps(e)) for e in (*known, *first)]
+    assert regrown(bench, null, copies, measure, tried=tried) == (copies, tried)
+    assert not seen
+    regrown(bench, null, first, measure)
+    assert len(seen) == 2
 
 
 def test_it_needs_another_run(bench: Bench, null: Explanation, single: Explanation, rival: Explanation) -> None:
     known = [null, single, rival]
-    assert regrown(replace(bench, check=None), null, known, take_measure(bench, known)) == known
+    assert regrown(replace(bench, check=None), null, known, take_measure(bench, known))[0] == known
 
 
 def test_other_processes_can_do_it(bench: Bench, null: Explanation, single: Explanation, rival: Explanation) -> None:
     known = [null, single, rival]
     far = replace(bench, workers=FarWorkers())
-    found = regrown(far, null, known, take_measure(far, known))
-    near = regrown(bench, null, known, take_measure(bench, known))
+    found, _ = regrown(far, null, known, take_measure(far, known))
+    near, _ = regrown(bench, null, known, take_measure(bench, known))
     assert [e.powers for e in found] == [e.powers for e in near]
     assert [e.powers for e in found] != [e.powers for e in known]

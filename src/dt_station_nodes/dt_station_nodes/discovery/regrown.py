@@ -1,6 +1,7 @@
 """Sets begun anew from their plain forms: the best one, and those next behind it."""
 
 from collections.abc import Iterable
+from functools import partial
 
 from ..core.models.effects import registry
 from .candidates import Candidate
@@ -10,22 +11,38 @@ from .parsimony import without
 from .retold import told
 from .selection import Bench, Explanation, exchanged
 
+Form = tuple[tuple[str, ...], bytes]  # an explanation's names and numbers
+
 _MISFIT = 12.0  # twice the log-likelihood ratio by which a single effect misses the runs: it may be another
 _MISSED = 0.5  # of the gap, which one behind may leave at most,
 _MOST = 4  # of which so many are begun anew
 
 
 def regrown(
-    bench: Bench, null: Explanation, known: Iterable[Explanation], measure: Measure, where_full: bool = False
-) -> list[Explanation]:
+    bench: Bench,
+    null: Explanation,
+    known: Iterable[Explanation],
+    measure: Measure,
+    where_full: bool = False,
+    tried: frozenset[Form] = frozenset(),
+) -> tuple[list[Explanation], frozenset[Form]]:
     """What is known; the best set and those next behind it, grown from their plain forms where that serves them better.
 
     Beside another effect a form is refined by what helps it most at once, and from there no step may lead on; of the
     many sets tried only the foremost are refined at all. `where_full`: only where the best one leaves noise of the run.
+    What was `tried`, or came of that, is not tried again; the forms of both are given too.
     """
     listed = list(known)
-    anew = [] if bench.rough or bench.check is None else _doubtful(null, listed, measure, where_full)
-    return exchanged(listed, anew, [min(e, _grown(measure, e), key=measure.score) for e in anew])
+    doubtful = [] if bench.rough or bench.check is None else _doubtful(null, listed, measure, where_full)
+    anew = [e for e in doubtful if _form(e) not in tried]
+    plain = list(bench.workers.results(partial(_plain, bench.alone), anew))
+    grown = [min(pair, key=measure.score) for pair in zip(anew, told(measure, plain), strict=True)]
+    return exchanged(listed, anew, grown), tried.union(map(_form, [*anew, *grown]))
+
+
+def _form(explanation: Explanation) -> Form:
+    """What tells an explanation from others, whichever process it comes from."""
+    return explanation.added, explanation.fit.fitted.x.tobytes()
 
 
 def _doubtful(null: Explanation, known: list[Explanation], measure: Measure, where_full: bool) -> list[Explanation]:
@@ -38,10 +55,6 @@ def _doubtful(null: Explanation, known: list[Explanation], measure: Measure, whe
     as_small = [e for e in known if e.inside and 0 < len(e.added) <= len(best.added) and e is not best]
     near = [e for e in as_small if measure.left(e) < _MISSED * measure.left(null)]
     return [best, *sorted(near, key=measure.score)[:_MOST]]
-
-
-def _grown(measure: Measure, explanation: Explanation) -> Explanation:
-    return told(measure, _plain(measure.bench, explanation))
 
 
 def _plain(bench: Bench, explanation: Explanation) -> Explanation:

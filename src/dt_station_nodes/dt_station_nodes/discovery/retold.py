@@ -1,8 +1,9 @@
 """Forms that a run does not tell but both runs together do, of the sets that fit it as well as the best one."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 
 import numpy as np
 
@@ -46,7 +47,7 @@ def retold(bench: Bench, null: Explanation, known: Iterable[Explanation], measur
     likely = (e for e in ranked if measure.left(e) < _MISSED * measure.left(null))
     near = [e for e in likely if _alike(bench, best, e, measure)][:_MOST]
     near = [best, *near] if near else []
-    return exchanged(listed, near, [told(measure, e) for e in near])
+    return exchanged(listed, near, told(measure, near))
 
 
 def _alike(bench: Bench, best: Explanation, other: Explanation, measure: Measure) -> bool:
@@ -57,24 +58,30 @@ def _alike(bench: Bench, best: Explanation, other: Explanation, measure: Measure
     return here < SAME < measure.score(other) - measure.score(best)
 
 
-def told(measure: Measure, explanation: Explanation) -> Explanation:
-    """An explanation with the refinements that both runs together bear out, added one at a time."""
-    bench = measure.bench
-    best = explanation
+def told(measure: Measure, explanations: Sequence[Explanation]) -> list[Explanation]:
+    """Explanations with the refinements that both runs together bear out, added to each one at a time."""
+    best, going = list(explanations), list(range(len(explanations)))
     for _ in range(_STEPS):
-        forms = (form for form in _refined(bench, best) if sensible(form, bench.problem))
-        found = min(forms, key=measure.score, default=best)
-        if measure.score(found) > measure.score(best) - SAME:
-            break
-        best = found
+        refined = _refined(measure.bench, [best[place] for place in going])
+        found = dict(zip(going, refined, strict=True))
+        going = []
+        for place, forms in found.items():
+            believed = (form for form in forms if sensible(form, measure.bench.problem))
+            form = min(believed, key=measure.score, default=best[place])
+            if measure.score(form) <= measure.score(best[place]) - SAME:
+                best[place] = form
+                going.append(place)
     return best
 
 
-def _refined(bench: Bench, explanation: Explanation) -> list[Explanation]:
-    """An explanation with one step of refinement more, the likeliest few as both runs together tell them."""
-    begun = bench.workers.results(partial(_begun, bench.alone), list(_steps(bench, explanation)))
-    likeliest = sorted(begun, key=lambda one: one.cost)[:_FOLLOWED]
-    return list(bench.workers.results(partial(_followed, bench.alone, explanation.added), likeliest))
+def _refined(bench: Bench, explanations: Sequence[Explanation]) -> list[list[Explanation]]:
+    """Each explanation with one step of refinement more, the likeliest few as both runs together tell them."""
+    steps = [list(_steps(bench, explanation)) for explanation in explanations]
+    begun = bench.workers.results(partial(_begun, bench.alone), [step for own in steps for step in own])
+    likeliest = [sorted(islice(begun, len(own)), key=lambda one: one.cost)[:_FOLLOWED] for own in steps]
+    chosen = [(e.added, one) for e, own in zip(explanations, likeliest, strict=True) for one in own]
+    followed = bench.workers.results(partial(_followed, bench.alone), chosen)
+    return [list(islice(followed, len(own))) for own in likeliest]
 
 
 def _begun(bench: Bench, step: tuple[Freed, list[PathSpec]]) -> _Begun:
@@ -84,8 +91,9 @@ def _begun(bench: Bench, step: tuple[Freed, list[PathSpec]]) -> _Begun:
     return _Begun(min(costs), freed, paths[int(np.argmin(costs))])
 
 
-def _followed(bench: Bench, added: tuple[str, ...], begun: _Begun) -> Explanation:
+def _followed(bench: Bench, chosen: tuple[tuple[str, ...], _Begun]) -> Explanation:
     assert bench.check is not None
+    added, begun = chosen
     like = hypothesis(bench.problem, begun.path, bench.nominal, begun.freed)
     begin = fit_hypothesis(bench.problem, like, [like.start()], 0, 1)
     there = agreed(bench.problem, bench.check, begin)
