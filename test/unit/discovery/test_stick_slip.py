@@ -9,6 +9,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from far_workers import FarWorkers
 from valves import BARE, PAPER, SPEC, TIME_S, WAVES, answered
 
 from dt_station_nodes.core.channels import Channel
@@ -21,6 +22,7 @@ from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.selection import Bench, fit_null
 from dt_station_nodes.discovery.stick_slip import breakaways_v, climbed, far_from_top, stepped
 from dt_station_nodes.discovery.terms import nominal_terms
+from dt_station_nodes.discovery.workers import Workers
 
 PISTON = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (), "disturbance": None})
 
@@ -218,17 +220,19 @@ def test_the_edges_of_a_band_that_jumps_open_are_found_between_a_runs_voltages(l
 
 def test_a_search_looks_among_all_stairs_where_its_first_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = make_problem(run(0.3, 0.1, 0), SPEC, Channel.PRESSURE, DiscoverySettings())
-    bench = Bench(problem, nominal_terms(BARE, problem.signal))
-    asked: list[bool] = []
+    shared = FarWorkers()
+    bench = Bench(problem, nominal_terms(BARE, problem.signal), workers=shared)
+    asked: list[tuple[bool, Workers]] = []
     own = stick_slip.stepped
 
-    def wrong(problem: Problem, fit: Fit, far: bool = False) -> Fit:
-        asked.append(far)
+    def wrong(problem: Problem, fit: Fit, far: bool, workers: Workers) -> Fit:
+        asked.append((far, workers))
         beside = fit.hypothesis.scaled(fit.fitted.x, 1.02)
-        return own(problem, fit, far) if far else fit_hypothesis(problem, fit.hypothesis, [beside], 0)
+        return own(problem, fit, far, workers) if far else fit_hypothesis(problem, fit.hypothesis, [beside], 0)
 
     monkeypatch.setattr(stick_slip, "stepped", wrong)
     monkeypatch.setattr(search, "library", lambda *_: (Candidate("friction", apart=True),))
     found = search.scan(bench, [fit_null(bench, BARE)], 1, 1)
-    assert asked[:2] == [False, True]
+    assert asked[:2] == [(False, shared), (True, shared)]
     assert found[0].fit.full
+    assert shared.done > 100

@@ -205,6 +205,20 @@ def test_what_was_done_before_is_known_when_it_is_stopped() -> None:
     assert [e.fit.fitted.cost for e in stopped.value.found] == [3.0, 4.0]
 
 
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_task_that_has_none_beside_it_may_share_its_own_work(count: int) -> None:
+    bench, alone = bench_of(), bench_of()
+    cast("SimpleNamespace", bench).alone = alone
+    worked_on: list[Bench] = []
+
+    def work(given: Bench, one: Task) -> Task:
+        worked_on.append(given)
+        return one
+
+    each(bench, work, [task("friction", 1.0)] * count)
+    assert worked_on == ([bench] if count == 1 else [alone, alone])
+
+
 @pytest.mark.parametrize(("behind", "again"), [(0.9, True), (1.1, False)])
 def test_what_another_name_outruns_is_not_done_again(behind: float, again: bool) -> None:
     best = Task(BASE, Candidate("bias"), seen=explained(1.0, full=True))

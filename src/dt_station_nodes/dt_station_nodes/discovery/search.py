@@ -57,7 +57,7 @@ def _plain(bench: Bench, task: Task, far: bool = False) -> Task:
         pairs = pair_starts(problem, base.fit.path, base.added[0], candidate, base.fit.residual, like)
         anew.append(Group(pairs, 2))
     fit, *others = fit_groups(problem, like, *spared(task, groups, anew), bench.iterations, task.rival, task.known)
-    fit = climbed(problem, task.added, fit, base.fit, far)
+    fit = climbed(problem, task.added, fit, base.fit, far, bench.workers)
     freed = {**task.freed, candidate.name: candidate.required}
     found, candidate = in_sequence(bench, bench.explained(fit, task.added, freed, glance=True), candidate)
     near_by = as_near(bench, found, others)

@@ -6,6 +6,7 @@ misfit has a well at the true ones that is as narrow as its jumps are many, and 
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -14,7 +15,9 @@ from scipy.ndimage import minimum_filter
 
 from .hypothesis_fit import Fit, fit_hypothesis
 from .problem import Problem
+from .terms import Hypothesis
 from .windows import make_windows
+from .workers import ALONE, Workers
 
 Array = NDArray[np.float64]
 
@@ -63,35 +66,34 @@ class _Well:
     x: Array
 
 
-def followed(problem: Problem, fit: Fit, at: Stairs) -> Fit:
+def followed(problem: Problem, fit: Fit, at: Stairs, workers: Workers = ALONE) -> Fit:
     """The best fit on any stairs about it, of which the run's beginning tells most apart, then more and more of it."""
-    level = float(fit.fitted.x[at.level])
-    first = beginning(problem, _FIRST)
-    wells = [
-        well for base in _bases(fit, at) for well in _wells(first, fit, base, at, base[at.level] * _LEVELS, _SLIPS)
-    ]
-    wells = sorted(wells, key=lambda one: one.misfit)[:_KEPT]
+    level, like = float(fit.fitted.x[at.level]), fit.hypothesis
+    grids = [(base, base[at.level] * _LEVELS, _SLIPS) for base in _bases(fit, at)]
+    found = workers.results(partial(_wells, beginning(problem, _FIRST), like, at), grids)
+    wells = sorted((well for of_base in found for well in of_base), key=lambda one: one.misfit)[:_KEPT]
     fits: list[Fit] = []
     for stage in _STAGES:
         part = beginning(problem, stage.share)
         reach = stage.reach * level * (_LEVELS[1] - _LEVELS[0]), stage.reach * (_SLIPS[1] - _SLIPS[0])
-        about = [
-            found
-            for well in wells
-            for found in _wells(
-                part,
-                fit,
-                well.x,
-                at,
-                well.x[at.level] + reach[0] * _ABOUT,
-                np.clip(well.x[at.slip] + reach[1] * _ABOUT, *fit.hypothesis.bounds[at.slip]),
-            )[:_OF_ONE]
-        ]
+        grids = [(well.x, *_about(like, well.x, at, reach)) for well in wells]
+        found = workers.results(partial(_wells, part, like, at), grids)
+        about = [well for of_one in found for well in of_one[:_OF_ONE]]
         wells = _apart(about, stage.kept, at, (_APART * reach[0], _APART * reach[1]))
         if stage.fitted:
-            fits = [fit_hypothesis(part, fit.hypothesis, [well.x]) for well in wells]
+            fits = list(workers.results(partial(_fitted, part, like), [well.x for well in wells]))
             wells = [_Well(one.fitted.cost, one.fitted.x) for one in fits]
     return min([fit, *fits], key=lambda one: one.fitted.cost)
+
+
+def _about(like: Hypothesis, x: Array, at: Stairs, reach: tuple[float, float]) -> tuple[Array, Array]:
+    """Levels and slips within a reach of a start's."""
+    slips = np.clip(x[at.slip] + reach[1] * _ABOUT, *like.bounds[at.slip])
+    return x[at.level] + reach[0] * _ABOUT, slips
+
+
+def _fitted(part: Problem, like: Hypothesis, x: Array) -> Fit:
+    return fit_hypothesis(part, like, [x])
 
 
 def _bases(fit: Fit, at: Stairs) -> Iterator[Array]:
@@ -128,14 +130,15 @@ def beginning(problem: Problem, share: float) -> Problem:
     )
 
 
-def _wells(problem: Problem, fit: Fit, base: Array, at: Stairs, levels: Array, slips: Array) -> list[_Well]:
-    """The wells of the misfit over levels and slips, all else as in a base, deepest first."""
+def _wells(problem: Problem, like: Hypothesis, at: Stairs, grid: tuple[Array, Array, Array]) -> list[_Well]:
+    """The wells of the misfit over a base's levels and slips, all else as in the base, deepest first."""
+    base, levels, slips = grid
     starts = []
     for level, slip in product(levels, slips):
         x = base.copy()
         x[at.level], x[at.slip] = level, slip
         starts.append(x)
-    residuals = (problem.residual(fit.hypothesis.path_at(x)) for x in starts)
+    residuals = (problem.residual(like.path_at(x)) for x in starts)
     misfits = np.array([float(residual @ residual) for residual in residuals])
     around = minimum_filter(misfits.reshape(len(levels), len(slips)), size=3, mode="nearest").ravel()
     bottoms = np.flatnonzero(misfits <= around)

@@ -11,6 +11,7 @@ from ..core.models import PathSpec
 from .hypothesis_fit import Fit, fit_hypothesis
 from .problem import Problem
 from .stairs import Stairs, followed
+from .workers import ALONE, Workers
 
 Array = NDArray[np.float64]
 
@@ -52,17 +53,19 @@ def _on_stairs(added: tuple[str, ...], fit: Fit, base: Fit) -> bool:
     return len(added) == 1 and fit.fitted.cost < _CLIMBED * base.fitted.cost
 
 
-def climbed(problem: Problem, added: tuple[str, ...], fit: Fit, base: Fit, far: bool = False) -> Fit:
+def climbed(
+    problem: Problem, added: tuple[str, ...], fit: Fit, base: Fit, far: bool = False, workers: Workers = ALONE
+) -> Fit:
     """The fit of one effect added to a base, on the best of the stairs about it where it is in stairs.
 
     `far`: of all stairs that may be, as nothing is known of them yet.
     """
     if not _on_stairs(added, fit, base):
         return fit
-    return stepped(problem, fit, far) if sticks(problem, added) else edged(problem, fit)
+    return stepped(problem, fit, far, workers) if sticks(problem, added) else edged(problem, fit)
 
 
-def stepped(problem: Problem, fit: Fit, far: bool = False) -> Fit:
+def stepped(problem: Problem, fit: Fit, far: bool = False, workers: Workers = ALONE) -> Fit:
     """A fit of a spool's stairs moved step by step to the best of all about it, until none is better.
 
     `far`: from the best of many, as the run's beginning tells them apart.
@@ -72,7 +75,7 @@ def stepped(problem: Problem, fit: Fit, far: bool = False) -> Fit:
     if level is None or slip is None:
         return fit
     if far and not fit.full:
-        fit = followed(problem, fit, Stairs(level, slip, places.get("slides_on")))
+        fit = followed(problem, fit, Stairs(level, slip, places.get("slides_on")), workers)
     for _ in range(_ROUNDS):
         starts = []
         for more, further in product(_STEPS, _STEPS):

@@ -80,8 +80,10 @@ def each(
     `before`: what was done of them before, which is known then too.
     """
     done: list[Task] = []
+    # A task that has none beside it may share its own work.
+    shared = bench.workers.results(partial(work, bench.alone), tasks)
     try:
-        for result in bench.workers.results(partial(work, bench.alone), tasks):
+        for result in shared if len(tasks) > 1 else map(partial(work, bench), tasks):
             done.append(result)
             if bench.progress is not None and told:
                 bench.progress(f"{bench.problem.channel.value}: {' + '.join(result.added)}")
