@@ -3,7 +3,6 @@
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import EffectSpec, ModelSpec, PathSimulator, PathSpec
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
-from dt_station_nodes.discovery.foretold import agreed, foretold
+from dt_station_nodes.discovery.foretold import foretold
 from dt_station_nodes.discovery.hypothesis_fit import Fit, fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.settings import DiscoverySettings
@@ -157,26 +156,3 @@ def test_of_a_long_run_slopes_are_taken_coarsely_and_what_is_left_as_it_is(monke
     monkeypatch.setattr(Problem, "coarse", lambda self, _path: self)
     exactly = foretold(run, check, fit)
     assert cost(run, check, (left, unseen)) == pytest.approx(cost(run, check, exactly), abs=1.0)
-
-
-def test_both_runs_slopes_are_simulated_coarsely_where_they_are_long(monkeypatch: pytest.MonkeyPatch) -> None:
-    effects = (("extra_lag", "position", 1.0),)
-    run, check = (problem(Case(effects, shape, seed=5, seconds=60.0, noise_db=30.0)) for shape in ("sine", "square"))
-    fit = fitted(run, "extra_lag", {"time_constant_s": 0.02})
-    asked: list[bool] = []
-    simulate = PathSimulator._simulate
-
-    def counted(self: PathSimulator, *given: Any) -> np.ndarray:
-        asked.append(self.coarsely)
-        return simulate(self, *given)
-
-    monkeypatch.setattr(PathSimulator, "_simulate", counted)
-    here, there = agreed(run, check, fit), foretold(run, check, fit, exactly=True)
-    assert sum(asked) > 0.5 * len(asked)
-    monkeypatch.setattr(Problem, "coarse", lambda self, _: self)
-    fine, told = agreed(run, check, fit), foretold(run, check, fit, exactly=True)
-    count = len(run.measured)
-    unsure = np.sqrt(np.diag(fine.fitted.covariance(count, count)))
-    assert np.all(np.abs(here.fitted.x - fine.fitted.x) < 0.1 * unsure)
-    assert there[0] == pytest.approx(told[0], rel=1e-6)
-    assert rms(there[1]) == pytest.approx(rms(told[1]), rel=1e-4)

@@ -14,7 +14,6 @@ from .problem import Problem
 from .unseen import unseen_residual
 
 Array = NDArray[np.float64]
-_Gaps = Callable[[float, float, Array], Array]
 
 # Rounds, between which each run's own variance is seen anew, and steps in each:
 _ROUNDS = 2
@@ -124,18 +123,12 @@ def _by_curvature(problem: Problem, check: Problem, fit: Fit, begin: _Place) -> 
 def _simulated(problem: Problem, check: Problem, fit: Fit, begin: _Place) -> _Place:
     hypothesis = fit.hypothesis
 
-    def gaps_of(run: Problem, other: Problem) -> _Gaps:
-        def gaps(here: float, there: float, moved: Array) -> Array:
-            path = hypothesis.path_at(moved)
-            both = run.residual(path) / here, unseen_residual(other, path) / there
-            return np.concatenate([*both, prior_gaps(hypothesis, moved)])
+    def gaps(here: float, there: float, moved: Array) -> Array:
+        path = hypothesis.path_at(moved)
+        runs = problem.residual(path) / here, unseen_residual(check, path) / there
+        return np.concatenate([*runs, prior_gaps(hypothesis, moved)])
 
-        return gaps
-
-    roughly = problem.coarse(fit.path), check.coarse(fit.path)
-    same = roughly[0] is problem and roughly[1] is check
-    coarse = None if same else gaps_of(*roughly)
-    return _led(problem, check, fit, begin, gaps_of(problem, check), _EXACT_STEPS, coarse=coarse)
+    return _led(problem, check, fit, begin, gaps, _EXACT_STEPS)
 
 
 def _led(
@@ -143,24 +136,17 @@ def _led(
     check: Problem,
     fit: Fit,
     best: _Place,
-    gaps: _Gaps,
+    gaps: Callable[[float, float, Array], Array],
     steps: int,
     slopes: Callable[[float, float], Array] | None = None,
-    coarse: _Gaps | None = None,
 ) -> _Place:
-    """Where `gaps` lead, which come with their `slopes` or are simulated for them, both by the runs' spreads.
-
-    `coarse`: what changes much as they do and takes less time.
-    """
+    """Where `gaps` lead, which come with their `slopes` or are simulated for them, both by the runs' spreads."""
     bounds = _bounds(fit)
     for _ in range(_ROUNDS):
         spreads = best.spreads(problem, check)
         seen = slopes(*spreads) if slopes else None
-        roughly = partial(coarse, *spreads) if coarse else None
         led = partial(gaps, *spreads)
-        at = least_squares(
-            led, best.x, bounds[:, 0], bounds[:, 1], fit.hypothesis.steps, steps, slopes=seen, coarse=roughly
-        ).x
+        at = least_squares(led, best.x, bounds[:, 0], bounds[:, 1], fit.hypothesis.steps, steps, slopes=seen).x
         found = _at(problem, check, fit, at)
         if found.cost(problem, check) >= best.cost(problem, check):
             break

@@ -30,14 +30,15 @@ def regrown(
 
     Beside another effect a form is refined by what helps it most at once, and from there no step may lead on; of the
     many sets tried only the foremost are refined at all. `where_full`: only where the best one leaves noise of the run.
-    What was `tried`, or came of that, is not tried again; the forms of both are given too.
+    What was `tried` and stayed as it was is not tried again; the forms of all such are given too.
     """
     listed = list(known)
     doubtful = [] if bench.rough or bench.check is None else _doubtful(null, listed, measure, where_full)
     anew = [e for e in doubtful if _form(e) not in tried]
     plain = list(bench.workers.results(partial(_plain, bench.alone), anew))
     grown = [min(pair, key=measure.score) for pair in zip(anew, told(measure, plain), strict=True)]
-    return exchanged(listed, anew, grown), tried.union(map(_form, [*anew, *grown]))
+    stayed = (_form(e) for e, new in zip(anew, grown, strict=True) if new is e)
+    return exchanged(listed, anew, grown), tried.union(stayed)
 
 
 def _form(explanation: Explanation) -> Form:
