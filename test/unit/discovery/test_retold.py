@@ -11,7 +11,7 @@ from dt_station_nodes.discovery.choice import best_set, certain
 from dt_station_nodes.discovery.foretold import agreed
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.measure import take_measure
-from dt_station_nodes.discovery.retold import retold
+from dt_station_nodes.discovery.retold import retold, told
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -53,14 +53,26 @@ def test_what_two_levels_hide_is_told_by_both_runs_together(bench: Bench, null: 
     measure = take_measure(bench, known)
     assert best_set(null, known, measure) is gap
     far = replace(bench, workers=FarWorkers())
-    told = retold(far, null, known, take_measure(far, known))
-    assert [e.added for e in told] == [e.added for e in known]
-    best = best_set(null, told, take_measure(bench, told))
+    found_by_both = retold(far, null, known, take_measure(far, known))
+    assert [e.added for e in found_by_both] == [e.added for e in known]
+    best = best_set(null, found_by_both, take_measure(bench, found_by_both))
     assert best.added == ("friction",)
     found = best.fit.path.effect("friction").parameters
     assert {name: found[name] for name in STRIBECK} == pytest.approx(STRIBECK, rel=0.05)
-    assert certain(best, take_measure(bench, told))
+    assert certain(best, take_measure(bench, found_by_both))
     assert sum(best.powers) < 1.05 * NOISE_M**2 * 2 * TIME_S.size
+
+
+def test_sets_are_refined_side_by_side(bench: Bench, null: Explanation) -> None:
+    friction = fitted(bench, "friction", 0.2, there=False)
+    asked, found = [], []
+    for sets in ([friction], [friction, friction]):
+        workers = FarWorkers()
+        found += told(take_measure(replace(bench, workers=workers), [null, friction]), sets)
+        asked.append(workers.asked)
+    assert asked[1] == [2 * count for count in asked[0]]
+    assert len({e.powers for e in found}) == 1
+    assert found[0].powers != friction.powers
 
 
 def test_what_the_run_tells_itself_stays_as_it_is(bench: Bench, null: Explanation) -> None:

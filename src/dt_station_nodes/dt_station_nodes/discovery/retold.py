@@ -63,9 +63,8 @@ def told(measure: Measure, explanations: Sequence[Explanation]) -> list[Explanat
     best, going = list(explanations), list(range(len(explanations)))
     for _ in range(_STEPS):
         refined = _refined(measure.bench, [best[place] for place in going])
-        found = dict(zip(going, refined, strict=True))
-        going = []
-        for place, forms in found.items():
+        begun, going = going, []
+        for place, forms in zip(begun, refined, strict=True):
             believed = (form for form in forms if sensible(form, measure.bench.problem))
             form = min(believed, key=measure.score, default=best[place])
             if measure.score(form) <= measure.score(best[place]) - SAME:
