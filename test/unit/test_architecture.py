@@ -13,12 +13,14 @@ PACKAGE = ROOT / "src" / "dt_station_nodes" / "dt_station_nodes"
 MIDDLE = {"records", "hardware", "discovery", "identification"}
 MAY_IMPORT = {
     "core": set(),
+    "workers": {"core"},
     **{name: {"core"} for name in MIDDLE},
+    "discovery": {"core", "workers"},
     "nodes": {"core", *MIDDLE},
     "panel": {"core", *MIDDLE},
-    "cli": {"core", "nodes", "panel", *MIDDLE},
+    "cli": {"core", "nodes", "panel", "workers", *MIDDLE},
 }
-PURE = {"core", "identification", "discovery"}
+PURE = {"core", "workers", "identification", "discovery"}
 FILES_CLOCK_AND_ROS = set(
     "datetime glob logging os pathlib random rclpy secrets shutil signal socket subprocess sys tempfile time uuid "
     "urllib".split()
@@ -27,7 +29,7 @@ THREADS = {"asyncio", "concurrent", "multiprocessing", "queue", "threading"}
 # Programs that are run as `python -m`, and may thus tell the time and print.
 PROGRAMS_IN_PURE_PACKAGES = {"core/models/warm.py"}
 # What starts processes tells them which signals are not theirs.
-STARTS_PROCESSES = {("discovery/workers.py", "signal")}
+STARTS_PROCESSES = {("workers/pool.py", "signal")}
 NEWER_THAN_3_10 = {
     "tomllib": {"*"},
     "typing": {"Self", "StrEnum", "Never", "LiteralString", "Required", "NotRequired", "assert_never", "override"},

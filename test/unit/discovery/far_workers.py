@@ -5,7 +5,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
-from dt_station_nodes.discovery.workers import Workers
+from dt_station_nodes.workers import Workers
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -12,6 +12,7 @@ from scipy import signal
 sys.path.insert(0, str(Path(__file__).parent))
 
 from cases import Case, make
+from far_workers import FarWorkers
 
 from dt_station_nodes.core.channels import Channel
 from dt_station_nodes.core.models import ModelSpec, PathSimulator
@@ -143,14 +144,17 @@ def test_a_band_that_no_voltage_lies_in_is_the_valves_and_may_be_a_bias() -> Non
     assert "bias" in effect.alternatives
 
 
-def test_interrupted_search_says_what_it_knows():
+def test_interrupted_search_of_given_workers_says_what_it_knows():
+    workers = FarWorkers()
+
     def interrupt(text):
         if "hysteresis" in text:
             raise KeyboardInterrupt
 
     run = make(Case(effects=(("hysteresis", "pressure", 1.0),), seconds=24.0))
-    result = discover(run, only("pressure"), progress=interrupt)
+    result = discover(run, only("pressure"), progress=interrupt, workers=workers)
     assert result.interrupted
+    assert max(workers.asked) > 10
 
 
 def test_unusable_runs_are_refused_in_one_sentence():

@@ -16,7 +16,7 @@ from dt_station_nodes.core.models import ModelSpec, PathSpec
 from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover, drift
 from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.problem import Problem, make_problem
-from dt_station_nodes.discovery.workers import ALONE
+from dt_station_nodes.workers import ALONE
 
 MODEL = Path(__file__).parents[3] / "config" / "models" / "paper.yaml"
 PAPER = ModelSpec.from_yaml(MODEL.read_text(encoding="utf-8"))

@@ -10,7 +10,7 @@ from dt_station_nodes.core.models import ModelSpec, PathSpec, PlantModel
 from dt_station_nodes.core.run import Run
 from dt_station_nodes.discovery import DiscoverySettings, Verdict, discover, inspection
 from dt_station_nodes.discovery.data_checks import check_run
-from dt_station_nodes.discovery.workers import ALONE
+from dt_station_nodes.workers import ALONE
 
 PATH = PathSpec(numerator=[960.0], denominator=[1.0, 56.0, 1600.0], scale=1e6, rest=2e6)
 VALVE = ModelSpec(name="valve", paths={Channel.PRESSURE: PATH})

@@ -11,7 +11,7 @@ from dt_station_nodes.discovery import DiscoverySettings, Verdict, other_run
 from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.other_run import found_only_there, found_there
 from dt_station_nodes.discovery.problem import Problem
-from dt_station_nodes.discovery.workers import ALONE
+from dt_station_nodes.workers import ALONE
 
 PATH = PathSpec(numerator=[1.0], denominator=[1.0])
 

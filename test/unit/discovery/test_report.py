@@ -21,6 +21,8 @@ from dt_station_nodes.discovery.result import (
     Verdict,
 )
 
+from .far_workers import FarWorkers
+
 
 def result(verdict: Verdict, n: int = 5000) -> DiscoveryResult:
     time = np.arange(n) * 0.02
@@ -75,3 +77,11 @@ def test_the_page_needs_nothing_else_and_is_small():
 
 def test_the_page_is_the_same_every_time():
     assert page(Verdict.NAMED) == page(Verdict.NAMED)
+
+
+def test_workers_draw_the_same_page():
+    answer = result(Verdict.NAMED)
+    workers = FarWorkers()
+    text = render(answer, [("numpy", "2.4.6")], ["dt-station discover run.csv"], answer.model.to_yaml(), workers)
+    assert text == page(Verdict.NAMED)
+    assert workers.asked == [text.count("<svg")]

@@ -22,7 +22,7 @@ from dt_station_nodes.discovery.problem import Problem, make_problem
 from dt_station_nodes.discovery.selection import Bench, fit_null
 from dt_station_nodes.discovery.stick_slip import breakaways_v, climbed, far_from_top, stepped
 from dt_station_nodes.discovery.terms import nominal_terms
-from dt_station_nodes.discovery.workers import Workers
+from dt_station_nodes.workers import Workers
 
 PISTON = PAPER.paths[Channel.POSITION].model_copy(update={"effects": (), "disturbance": None})
 

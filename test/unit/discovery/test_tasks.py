@@ -27,7 +27,7 @@ from dt_station_nodes.discovery.tasks import (
     told_apart,
     within_reach,
 )
-from dt_station_nodes.discovery.workers import ALONE
+from dt_station_nodes.workers import ALONE
 
 
 def explained(

@@ -6,7 +6,7 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -21,6 +21,9 @@ from .common import (
     load_model,
     output_dir,
 )
+
+if TYPE_CHECKING:
+    from ..workers import Workers
 
 
 def discover(
@@ -47,39 +50,51 @@ def discover(
 
     Example: dt-station discover runs/demo/pid --model paper --out runs/found
     """
-    from .discover_job import Task, load_input, table, work_all, work_one
+    count = jobs or os.cpu_count() or 1
+    # Of many runs each is searched by a process of its own.
+    with _workers(count if len(runs) == 1 else 1) as workers:
+        from .discover_job import Task, load_input, table, work_all, work_one
 
-    workers = jobs or os.cpu_count() or 1
-    mapped = find_config("maps", data_map) if data_map else None
-    checked_map = find_config("maps", validate_map) if validate_map else mapped
-    _, text = load_model(model)
-    tasks = [Task(run, mapped, model, text, validate, checked_map, window, workers) for run in runs]
-    loaded = [load_input(task) for task in tasks]
-    folder = output_dir("discover", out, force)
-    if len(tasks) == 1:
-        result = work_one(tasks[0], loaded[0], folder, _speaker())
-        if json:
-            emit_json({**result.to_json(), "files": _files(folder)})
+        mapped = find_config("maps", data_map) if data_map else None
+        checked_map = find_config("maps", validate_map) if validate_map else mapped
+        _, text = load_model(model)
+        tasks = [Task(run, mapped, model, text, validate, checked_map, window) for run in runs]
+        loaded = [load_input(task) for task in tasks]
+        folder = output_dir("discover", out, force)
+        if len(tasks) == 1:
+            result = work_one(tasks[0], loaded[0], folder, _speaker(), workers)
+            if json:
+                emit_json({**result.to_json(), "files": _files(folder)})
+                return
+            _print(result, folder)
             return
-        _print(result, folder)
-        return
-    rows = work_all(tasks, folder, workers, _cluster(scheduler))
-    summary = table(rows, folder)
-    if json:
-        emit_json({"rows": rows, "files": {"table": summary}})
-        return
-    _print_table(rows)
-    console.print(f"one folder a run in {folder}")
+        rows = work_all(tasks, folder, count, _cluster(scheduler))
+        summary = table(rows, folder)
+        if json:
+            emit_json({"rows": rows, "files": {"table": summary}})
+            return
+        _print_table(rows)
+        console.print(f"one folder a run in {folder}")
 
 
 def discover_for_demo(bag: Path, folder: Path, model: str = "paper") -> dict[str, Any]:
     """What the demo's twin lacks: the answer as --json has it, with its sentence and the report's path."""
-    from .discover_job import Task, load_input, work_one
+    with _workers(os.cpu_count() or 1) as workers:
+        from .discover_job import Task, load_input, work_one
 
-    _, text = load_model(model)
-    task = Task(bag, None, model, text, None, None, 0.0, os.cpu_count() or 1)
-    result = work_one(task, load_input(task), folder, _speaker())
+        _, text = load_model(model)
+        task = Task(bag, None, model, text, None, None, 0.0)
+        result = work_one(task, load_input(task), folder, _speaker(), workers)
     return {**result.to_json(), "sentence": result.sentence, "report": folder / "report.html"}
+
+
+def _workers(jobs: int) -> "Workers":
+    """Workers whose helpers start at once: they import what they need while this process does."""
+    from ..workers import Workers
+
+    workers = Workers(jobs)
+    workers.start(f"{__package__}.discover_job")
+    return workers
 
 
 def _cluster(address: str) -> str:

@@ -16,6 +16,7 @@ from ..core.models import ModelSpec
 from ..core.run import Run
 from ..discovery import DiscoveryResult, DiscoverySettings
 from ..discovery import discover as search
+from ..workers import ALONE, Workers
 from .common import console, jsonable, version
 
 __all__ = ["Task", "load_input", "table", "work_all", "work_one", "write"]
@@ -32,12 +33,11 @@ class Task:
     validate: Path | None
     validate_map: Path | None
     window_s: float
-    jobs: int
 
     @property
     def settings(self) -> DiscoverySettings:
         """The search's settings."""
-        made = DiscoverySettings(jobs=self.jobs)
+        made = DiscoverySettings()
         return replace(made, window_s=self.window_s) if self.window_s > 0.0 else made
 
 
@@ -54,18 +54,23 @@ def load_input(task: Task) -> Loaded:
 
 
 def work_one(
-    task: Task, loaded: Loaded, folder: Path, say: Callable[[str | None], None] | None = None
+    task: Task,
+    loaded: Loaded,
+    folder: Path,
+    say: Callable[[str | None], None] | None = None,
+    workers: Workers = ALONE,
 ) -> DiscoveryResult:
     """Discover in one run and write its three files."""
     run, checked, spec = loaded
     try:
-        result = search(run, spec, checked, task.settings, say)
+        result = search(run, spec, checked, task.settings, say, workers=workers)
     finally:
         if say is not None:
             say(None)
     facts = replace(result.run, source=str(task.run), version=version())
     result = replace(result, run=facts)
-    write(task, result, folder)
+    # After Ctrl-C helpers may still be at what they were given.
+    write(task, result, folder, ALONE if result.interrupted else workers)
     return result
 
 
@@ -108,7 +113,7 @@ def _facts(task: Task) -> list[tuple[str, str]]:
     return facts
 
 
-def write(task: Task, result: DiscoveryResult, folder: Path) -> None:
+def write(task: Task, result: DiscoveryResult, folder: Path, workers: Workers = ALONE) -> None:
     """Leave model.yaml, discovery.json and report.html."""
     from ..discovery.report import render
 
@@ -117,7 +122,8 @@ def write(task: Task, result: DiscoveryResult, folder: Path) -> None:
     (folder / "model.yaml").write_text(text, encoding="utf-8")
     answer = json.dumps(jsonable(result.to_json()), indent=2, allow_nan=False)
     (folder / "discovery.json").write_text(answer + "\n", encoding="utf-8")
-    (folder / "report.html").write_text(render(result, _facts(task), [_command(task)], text), encoding="utf-8")
+    report = render(result, _facts(task), [_command(task)], text, workers)
+    (folder / "report.html").write_text(report, encoding="utf-8")
 
 
 def _row(task: Task, folder: Path) -> dict[str, Any]:
@@ -153,8 +159,7 @@ def work_all(tasks: list[Task], folder: Path, jobs: int, scheduler: str) -> list
 
     width = len(str(len(tasks)))
     places = [folder / f"{number:0{width}d}-{task.run.stem}" for number, task in enumerate(tasks)]
-    alone = [replace(task, jobs=1) for task in tasks]
-    calls = (joblib.delayed(_row)(task, place) for task, place in zip(alone, places, strict=True))
+    calls = (joblib.delayed(_row)(task, place) for task, place in zip(tasks, places, strict=True))
     if scheduler:
         from distributed import Client
 

@@ -136,7 +136,7 @@ def improve_live(
     except RunError as error:
         raise Failure(str(error)) from None
     validation = tables[-2] if len(tables) > 1 else None
-    write(Task(tables[-1], None, model, text, validation, None, 0.0, jobs), results[-1], folder)
+    write(Task(tables[-1], None, model, text, validation, None, 0.0), results[-1], folder)
     rounds = [
         {**result.to_json(), "round": number, "table": table, "sentence": result.sentence}
         for number, (result, table) in enumerate(zip(results, tables, strict=True), start=1)

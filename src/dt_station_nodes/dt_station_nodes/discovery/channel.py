@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.models import PathSpec
+from ..workers import ALONE, Workers
 from .choice import alternatives, best_set, both_limit, certain, hides, rivals_with, with_namesakes
 from .distinct import distinct
 from .doubts import DOUBT_SHARE, LEFT_NOISE, doubted
@@ -28,7 +29,6 @@ from .silence import as_parameters, fits_roughly, silent_verdict
 from .strangers import SAME, beside, in_place_of_one, mimic, other_dynamics, stranger
 from .tasks import StoppedError
 from .terms import nominal_terms
-from .workers import ALONE, Workers
 
 Array = NDArray[np.float64]
 

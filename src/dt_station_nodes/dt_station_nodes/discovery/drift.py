@@ -6,6 +6,7 @@ import numpy as np
 
 from ..core.models import ModelSpec
 from ..core.run import Run
+from ..workers import Workers
 from .channel import Finding, examine
 from .other_run import unseen_problem
 from .problem import Problem, make_problem
@@ -13,7 +14,6 @@ from .result import Verdict
 from .selection import Progress
 from .settings import DiscoverySettings
 from .verdict import LIKE_NOISE
-from .workers import Workers
 
 ADRIFT = 1.2  # times what counts as nothing, RMS: a free run that stays nearer does not drift
 TOLD = 20.0  # twice the log-likelihood ratio: a drift says little of the form of what makes it

@@ -1,6 +1,7 @@
 """`discover`: all stages over all channels of a run."""
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 
 from ..core.channels import Channel
@@ -8,6 +9,7 @@ from ..core.errors import StationError
 from ..core.models import ModelSpec, PathSpec
 from ..core.models.effects import registry
 from ..core.run import Run
+from ..workers import Workers
 from .channel import Finding
 from .contenders import contenders
 from .data_checks import check_run
@@ -32,7 +34,6 @@ from .spikes import without_spikes
 from .standing import stands
 from .verdict import confidence, overall, sentence, why
 from .where import locate
-from .workers import Workers
 
 Progress = Callable[[str], None]
 
@@ -51,10 +52,12 @@ def discover(
     settings: DiscoverySettings | None = None,
     progress: Progress | None = None,
     jobs: int | None = None,
+    workers: Workers | None = None,
 ) -> DiscoveryResult:
     """Find what the model lacks on this run; no fit sees `validation`, another run, unless it alone shows a gap.
 
-    The same inputs give the same answer, whatever `jobs`. Ctrl-C during the search ends it with what is known.
+    The same inputs give the same answer, whatever `jobs`; `workers` of the caller's are used where given. Ctrl-C during
+    the search ends it with what is known.
     Raises StationError where run or model cannot be examined.
     """
     chosen = settings or DiscoverySettings()
@@ -73,7 +76,7 @@ def discover(
     findings: list[Finding] = []
     frozen: set[Channel] = set()
     model = spec
-    with Workers(chosen.jobs) as workers:
+    with Workers(chosen.jobs) if workers is None else nullcontext(workers) as shared:
         for check in checks:
             if not check.excited:
                 continue
@@ -81,7 +84,7 @@ def discover(
                 frozen.add(check.channel)
             path = spec.paths[check.channel]
             same = _windowed(run, check.channel, path, chosen)
-            finding, said = examine_channel(run, validation, spec, check, same, progress, workers)
+            finding, said = examine_channel(run, validation, spec, check, same, progress, shared)
             notes += said
             finding = without_echo(finding, findings)
             known = finding.verdict is not Verdict.UNEXPLAINED

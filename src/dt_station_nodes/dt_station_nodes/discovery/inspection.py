@@ -6,6 +6,7 @@ import numpy as np
 
 from ..core.models import ModelSpec, PathSpec
 from ..core.run import Run
+from ..workers import Workers
 from .channel import Finding, examine, null_and_noise
 from .condense import condensed
 from .data_checks import ChannelCheck
@@ -19,7 +20,6 @@ from .selection import Explanation, Progress
 from .settings import DiscoverySettings
 from .silence import ROUGH_FORM
 from .terms import refits_all
-from .workers import Workers
 
 CLOSE = 0.02  # of the signal, or
 NEAR = 1.5  # times the noise, RMS, left by any explanation: a model whose poles are known needs no other look

@@ -5,6 +5,7 @@ from dataclasses import replace
 from ..core.channels import Channel
 from ..core.models import ModelSpec, PathSpec
 from ..core.run import Run
+from ..workers import Workers
 from .channel import Finding, examine, null_and_noise
 from .condense import condensed
 from .data_checks import check_run
@@ -15,7 +16,6 @@ from .selection import Explanation, Progress
 from .settings import DiscoverySettings
 from .unseen import shows_only
 from .verdict import LIKE_NOISE
-from .workers import Workers
 
 BETTER = 0.6  # times the noise, RMS, that the run's own answer leaves of the other: at most so much is another answer
 _BORNE_OUT = "; it was found there, this run bears it out"

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from ..core.models.effects import registry
+from ..workers import ALONE, Workers
 from .channel import Finding, base_paths
 from .earlier import begun_earlier
 from .effect_terms import effect_term
@@ -22,7 +23,6 @@ from .terms import Hypothesis
 from .timing import without
 from .unseen import has_chance
 from .windows import make_windows
-from .workers import ALONE, Workers
 
 Array = NDArray[np.float64]
 

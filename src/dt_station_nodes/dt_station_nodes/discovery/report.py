@@ -1,12 +1,15 @@
 """The report a control engineer sends to a colleague: one self-contained HTML text."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from jinja2 import Environment
+from matplotlib.figure import Figure
 
 from ..core.channels import Channel
 from ..core.models.effects import registry
+from ..workers import ALONE, Workers
 from .pictures import ranking_picture, svg, traces_picture, where_picture
 from .report_template import TEMPLATE
 from .result import DiscoveryResult, Figures, RankedCandidate
@@ -78,15 +81,30 @@ def _effects(result: DiscoveryResult) -> list[dict[str, Any]]:
     return found
 
 
-def render(result: DiscoveryResult, facts: Sequence[tuple[str, str]], commands: Sequence[str], model_yaml: str) -> str:
-    """The HTML text; `facts` are what was examined with what (versions, hashes), `commands` reproduce it."""
+def _drawn(picture: Callable[[], Figure]) -> str:
+    return svg(picture())
+
+
+def _pictures(result: DiscoveryResult, workers: Workers) -> dict[str, list[str]]:
     floors = {channel: figures.rms for channel, figures in result.gap.noise_floor.items()}
-    pictures: Mapping[str, Any] = {
-        "run": [svg(traces_picture(t, floors[t.channel])) for t in result.traces],
-        "validation": [svg(traces_picture(t, floors[t.channel])) for t in result.validation_traces],
-        "where": svg(where_picture(result.where)) if result.where else "",
-        "ranking": svg(ranking_picture(_pictured(result), floors)) if result.ranking else "",
+    wanted: dict[str, list[Callable[[], Figure]]] = {
+        "run": [partial(traces_picture, trace, floors[trace.channel]) for trace in result.traces],
+        "validation": [partial(traces_picture, trace, floors[trace.channel]) for trace in result.validation_traces],
+        "where": [partial(where_picture, result.where)] if result.where else [],
+        "ranking": [partial(ranking_picture, _pictured(result), floors)] if result.ranking else [],
     }
+    drawn = iter(list(workers.results(_drawn, [picture for pictures in wanted.values() for picture in pictures])))
+    return {place: [next(drawn) for _ in pictures] for place, pictures in wanted.items()}
+
+
+def render(
+    result: DiscoveryResult,
+    facts: Sequence[tuple[str, str]],
+    commands: Sequence[str],
+    model_yaml: str,
+    workers: Workers = ALONE,
+) -> str:
+    """The HTML text; `facts` are what was examined with what (versions, hashes), `commands` reproduce it."""
     ranking = [
         {
             "channel": row.channel.value,
@@ -116,7 +134,7 @@ def render(result: DiscoveryResult, facts: Sequence[tuple[str, str]], commands: 
             where=result.where,
             ranking=ranking,
             experiment=result.next_experiment,
-            pictures=pictures,
+            pictures=_pictures(result, workers),
             facts=facts,
             commands=commands,
             model_yaml=model_yaml,

@@ -37,11 +37,11 @@ short windows, so that drift does not hide the rest.</p>
 <table><tr><th>channel</th><th class="l">what</th><th>ISE</th><th>RMS</th><th>fit / %</th></tr>
 {% for r in rows %}<tr><td>{{ r.channel }}</td><td class="l">{{ r.what }}</td><td>{{ r.ise }}</td><td>{{ r.rms }}</td><td>{{ r.fit }}</td></tr>
 {% endfor %}</table>
-{% if where %}<h2>Where the gap sits</h2><p>Conditions overlap. Gap of the model with refitted nominal parameters.</p>{{ pictures.where|safe }}{% endif %}
+{% if where %}<h2>Where the gap sits</h2><p>Conditions overlap. Gap of the model with refitted nominal parameters.</p>{% for p in pictures.where %}{{ p|safe }}{% endfor %}{% endif %}
 <h2>Candidates</h2><p>Each was fitted jointly with the nominal parameters. "Behind" is twice the log-likelihood behind the chosen one,
 complexity paid; under 6 is a tie. One below 0 fits better and was still not chosen: it is grey, or it is a larger set
 whose further effect explains too little to be more than the form of the others. Grey ones are outside the vocabulary: they are there so that their traces are not mistaken for a name.</p>
-{{ pictures.ranking|safe }}
+{% for p in pictures.ranking %}{{ p|safe }}{% endfor %}
 <details><summary>All figures</summary><table><tr><th>candidate</th><th class="l">channel</th><th>explained / %</th><th>RMS left</th><th>behind</th></tr>
 {% for r in ranking %}<tr{% if r.outside %} class="outside"{% endif %}><td>{{ r.names }}</td><td class="l">{{ r.channel }}</td>
 <td>{{ r.explained }}</td><td>{{ r.rms }}</td><td>{{ r.behind }}</td></tr>{% endfor %}</table></details>

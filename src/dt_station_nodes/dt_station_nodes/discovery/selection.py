@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..core.models import PathSpec
 from ..core.models.effects import registry
+from ..workers import ALONE, Workers
 from .candidates import Freed, in_vocabulary
 from .fit import Fitted
 from .foretold import foretold
@@ -20,7 +21,6 @@ from .out_of_reach import ends_elsewhere
 from .problem import Problem
 from .terms import Hypothesis, Term
 from .unseen import unseen_residual
-from .workers import ALONE, Workers
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter
 
+from ..workers import ALONE, Workers
 from .hypothesis_fit import Fit, fit_hypothesis
 from .problem import Problem
 from .terms import Hypothesis
 from .windows import make_windows
-from .workers import ALONE, Workers
 
 Array = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from ..core.channels import Channel
 from ..core.models import PathSpec
+from ..workers import ALONE, Workers
 from .hypothesis_fit import Fit, fit_hypothesis
 from .problem import Problem
 from .stairs import Stairs, followed
-from .workers import ALONE, Workers
 
 Array = NDArray[np.float64]
 

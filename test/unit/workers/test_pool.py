@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from dt_station_nodes.discovery.workers import Workers
+from dt_station_nodes.workers import Workers
 
 PLACE = "sum(range(200_000)) and __import__('os').getpid()"
 MANY = 4000
@@ -25,11 +25,19 @@ def test_few_tasks_are_done_here(tasks: list[int]) -> None:
         assert list(workers.results(math.factorial, tasks)) == [math.factorial(n) for n in tasks]
 
 
-def test_helpers_work_once_they_have_started_and_so_does_this_process() -> None:
+def test_helpers_work_once_they_have_started_with_what_they_were_told_to_import() -> None:
+    at_hand = f"({PLACE}, 'tabnanny' in __import__('sys').modules)"
     with Workers(2) as workers:
-        places = list(workers.results(eval, [PLACE] * MANY))
-    assert os.getpid() == places[0]
-    assert len(set(places)) == 2
+        workers.start("tabnanny")
+        places = list(workers.results(eval, [at_hand] * MANY))
+    assert places[0] == (os.getpid(), False)
+    assert sorted(known for _, known in set(places)) == [False, True]
+
+
+def test_one_worker_starts_no_other() -> None:
+    with Workers(1) as workers:
+        workers.start("tabnanny")
+        assert set(workers.results(eval, [PLACE] * 9)) == {os.getpid()}
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

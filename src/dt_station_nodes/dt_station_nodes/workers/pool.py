@@ -1,20 +1,20 @@
 """Work shared with other processes: results in the tasks' order, whatever the number of workers.
 
 Threads would wait for each other: a simulation is short, and much of what surrounds it holds the interpreter. This
-process works too, alone until its helpers have started, so that a short search does not wait for them.
+process works too, alone until its helpers have started, so that a short search does not wait for them. Little is
+imported here, so that helpers can start while this process still imports what it is going to do.
 """
 
 import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
+from importlib import import_module
 from typing import TypeVar
 
 try:
     from joblib.externals.loky import ProcessPoolExecutor
 except ImportError:  # distributions that take the parts of joblib apart
     from loky import ProcessPoolExecutor
-
-from ..core.models.warm import warm
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -23,8 +23,17 @@ R = TypeVar("R")
 _AHEAD = 6
 
 
+def _ready(modules: tuple[str, ...]) -> int:
+    """Have these modules and the compiled models at hand."""
+    from ..core.models.warm import warm
+
+    for module in modules:
+        import_module(module)
+    return warm()
+
+
 class Workers:
-    """The process that asks and its helpers, which start with the first work and end with the context."""
+    """The process that asks and its helpers, which start when told, or with the first work; the context ends them."""
 
     def __init__(self, jobs: int = 1) -> None:
         self._helpers = jobs - 1
@@ -38,6 +47,11 @@ class Workers:
         if self._executor is not None:
             self._executor.shutdown(wait=True, kill_workers=True)
             self._executor, self._begun = None, []
+
+    def start(self, *modules: str) -> None:
+        """Let helpers start, with these modules imported: there will be work for them."""
+        if self._helpers > 0:
+            self._started(modules)
 
     def results(self, work: Callable[[T], R], tasks: Sequence[T]) -> Iterator[R]:
         """What `work` (a function of a module, or a partial one) makes of each task, in their order."""
@@ -59,12 +73,12 @@ class Workers:
                 yield known.pop(first) if first in known else given.pop(first).result()
                 first += 1
 
-    def _started(self) -> ProcessPoolExecutor:
+    def _started(self, modules: tuple[str, ...] = ()) -> ProcessPoolExecutor:
         if self._executor is None:
             # Ctrl-C is for the process that asks.
             deaf = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
             self._executor = ProcessPoolExecutor(self._helpers, **deaf)
-            self._begun = [self._executor.submit(warm) for _ in range(self._helpers)]
+            self._begun = [self._executor.submit(_ready, modules) for _ in range(self._helpers)]
         return self._executor
 
     def _have_room(self, given: int, left: int) -> bool:

@@ -1,0 +1,5 @@
+"""Work shared between processes."""
+
+from .pool import ALONE, Workers
+
+__all__ = ["ALONE", "Workers"]
