@@ -117,27 +117,24 @@ def test_what_comes_out_worse_is_not_kept(
     assert regrown(bench, null, known, take_measure(bench, known))[0] == known
 
 
-def test_what_was_tried_and_stayed_as_it_was_is_not_tried_again(
+def test_what_begins_from_the_same_plain_form_is_not_begun_again(
     monkeypatch: pytest.MonkeyPatch, bench: Bench, null: Explanation, single: Explanation, rival: Explanation
 ) -> None:
     seen: list[tuple[str, ...]] = []
-
-    def told(_: Measure, plain: list[Explanation]) -> list[Explanation]:
-        """One comes out better, the other worse."""
-        seen.extend(one.added for one in plain)
-        worth = {single.added: 2.0, rival.added: 0.5}
-        return [replace(one, powers=tuple(worth[one.added] * power for power in one.powers)) for one in plain]
-
-    monkeypatch.setattr(module, "told", told)
+    monkeypatch.setattr(module, "told", lambda _, plain: seen.extend(e.added for e in plain) or plain)
     known = [null, single, rival]
     measure = take_measure(bench, known)
-    _, tried = regrown(bench, null, known, measure)
+    _, begun = regrown(bench, null, known, measure)
     assert sorted(seen) == sorted([single.added, rival.added])
     seen.clear()
-    copies = [pickle.loads(pickle.dumps(e)) for e in known]
-    _, again = regrown(bench, null, copies, measure, tried=tried)
-    assert seen == [rival.added]
-    assert again == tried
+    found, again = regrown(bench, null, known, measure, begun=[pickle.loads(pickle.dumps(e)) for e in begun])
+    assert not seen
+    assert found == known
+    assert len(again) == len(begun)
+    elsewhere = replace(single, powers=tuple(1.1 * power for power in single.powers))
+    _, more = regrown(bench, null, [null, elsewhere, rival], measure, begun=begun)
+    assert seen == [single.added]
+    assert len(more) == len(begun) + 1
 
 
 def test_it_needs_another_run(bench: Bench, null: Explanation, single: Explanation, rival: Explanation) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from dt_station_nodes.core.channels import Channel
+from dt_station_nodes.discovery import retold as module
 from dt_station_nodes.discovery.candidates import Candidate, add_effect, hypothesis
 from dt_station_nodes.discovery.choice import best_set, certain
 from dt_station_nodes.discovery.foretold import agreed
@@ -73,6 +74,25 @@ def test_sets_are_refined_side_by_side(bench: Bench, null: Explanation) -> None:
     assert asked[1] == [2 * count for count in asked[0]]
     assert len({e.powers for e in found}) == 1
     assert found[0].powers != friction.powers
+
+
+def test_what_comes_on_too_slowly_to_get_where_the_foremost_is_goes_no_further(
+    monkeypatch: pytest.MonkeyPatch, bench: Bench, null: Explanation
+) -> None:
+    foremost = fitted(bench, "friction", 0.2, there=False)
+    behind = [fitted(bench, name, 0.1, there=False) for name in ("dead_zone", "delay")]
+    slow, quick = (replace(e, powers=tuple(1e3 * power for power in foremost.powers)) for e in behind)
+    left = {foremost.added: 1.0, slow.added: 0.9, quick.added: 0.1}
+    seen: list[list[tuple[str, ...]]] = []
+
+    def refined(_: Bench, explanations: list[Explanation]) -> list[list[Explanation]]:
+        seen.append([e.added for e in explanations])
+        return [[replace(e, powers=tuple(left[e.added] * power for power in e.powers))] for e in explanations]
+
+    monkeypatch.setattr(module, "_refined", refined)
+    monkeypatch.setattr(module, "sensible", lambda *_: True)
+    told(take_measure(bench, [null, foremost]), [foremost, slow, quick])
+    assert seen == [[foremost.added, slow.added, quick.added], [quick.added], [quick.added]]
 
 
 def test_what_the_run_tells_itself_stays_as_it_is(bench: Bench, null: Explanation) -> None:

@@ -18,7 +18,7 @@ from .noise import whiteness
 from .parsimony import simplified, told_exactly
 from .problem import Problem
 from .recurring import recurring
-from .regrown import Form, regrown
+from .regrown import regrown
 from .result import Verdict
 from .retold import retold
 from .search import scan, scan_whole
@@ -126,7 +126,7 @@ def examine(
     given = min((problem.residual(base) for base in bases), key=lambda r: float(r @ r))
     nulls, null = foremost_null(bench, bases)
     known, interrupted = [null], False
-    tried: frozenset[Form] = frozenset()
+    begun: list[Explanation] = []
     try:
         measure = take_measure(bench, known)
         quiet = measure.left(null) < WORTH_NULL * measure.noise and whiteness(null.fit.residual) < NULL_WHITE
@@ -138,7 +138,7 @@ def examine(
             if far and not problem.may_be_rough:
                 known = distinct(bench, [*known, *recurring(scan_whole(bench, begin, MOST_WHOLE), known, measure)])
             # Another form may foretell the other run: only where none does is a further effect to be looked for.
-            known, tried = regrown(bench, null, known, take_measure(bench, known), where_full=True)
+            known, begun = regrown(bench, null, known, take_measure(bench, known), where_full=True)
             Growth(bench, null, known, settings.max_effects).run()
         elif silent_verdict(bench, given, null, measure) is Verdict.PARAMETERS_ONLY:
             # What shifts a run's phase or size may be an effect as well as a parameter far off.
@@ -146,7 +146,7 @@ def examine(
         measure = take_measure(bench, known)
         known = lessened(bench, known, simplified(bench, known, measure), measure)
         known = retold(bench, null, told_exactly(bench, known, measure), measure)
-        known, _ = regrown(bench, null, known, measure, tried=tried)
+        known, _ = regrown(bench, null, known, measure, begun=begun)
     except KeyboardInterrupt as stop:
         interrupted = True
         known = distinct(bench, [*known, *(stop.found if isinstance(stop, StoppedError) else ())])

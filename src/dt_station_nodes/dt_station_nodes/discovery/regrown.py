@@ -1,6 +1,6 @@
 """Sets begun anew from their plain forms: the best one, and those next behind it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
 
 from ..core.models.effects import registry
@@ -10,8 +10,7 @@ from .measure import Measure
 from .parsimony import without
 from .retold import told
 from .selection import Bench, Explanation, exchanged
-
-Form = tuple[tuple[str, ...], bytes]  # an explanation's names and numbers
+from .strangers import SAME
 
 _MISFIT = 12.0  # twice the log-likelihood ratio by which a single effect misses the runs: it may be another
 _MISSED = 0.5  # of the gap, which one behind may leave at most,
@@ -24,26 +23,28 @@ def regrown(
     known: Iterable[Explanation],
     measure: Measure,
     where_full: bool = False,
-    tried: frozenset[Form] = frozenset(),
-) -> tuple[list[Explanation], frozenset[Form]]:
+    begun: Sequence[Explanation] = (),
+) -> tuple[list[Explanation], list[Explanation]]:
     """What is known; the best set and those next behind it, grown from their plain forms where that serves them better.
 
     Beside another effect a form is refined by what helps it most at once, and from there no step may lead on; of the
     many sets tried only the foremost are refined at all. `where_full`: only where the best one leaves noise of the run.
-    What was `tried` and stayed as it was is not tried again; the forms of all such are given too.
+    Plain forms like those `begun` from before would lead to the same again; all that were begun from are given too.
     """
     listed = list(known)
     doubtful = [] if bench.rough or bench.check is None else _doubtful(null, listed, measure, where_full)
-    anew = [e for e in doubtful if _form(e) not in tried]
-    plain = list(bench.workers.results(partial(_plain, bench.alone), anew))
-    grown = [min(pair, key=measure.score) for pair in zip(anew, told(measure, plain), strict=True)]
-    stayed = (_form(e) for e, new in zip(anew, grown, strict=True) if new is e)
-    return exchanged(listed, anew, grown), tried.union(stayed)
+    plain = bench.workers.results(partial(_plain, bench.alone), doubtful)
+    pairs = zip(doubtful, plain, strict=True)
+    anew = [(e, one) for e, one in pairs if not any(_alike(one, other, measure) for other in begun)]
+    grown = told(measure, [one for _, one in anew])
+    found = [min(e, new, key=measure.score) for (e, _), new in zip(anew, grown, strict=True)]
+    return exchanged(listed, [e for e, _ in anew], found), [*begun, *(one for _, one in anew)]
 
 
-def _form(explanation: Explanation) -> Form:
-    """What tells an explanation from others, whichever process it comes from."""
-    return explanation.added, explanation.fit.fitted.x.tobytes()
+def _alike(one: Explanation, other: Explanation, measure: Measure) -> bool:
+    """Whether two plain forms of the same effects are one, found from different sides."""
+    places = [[(effect.name, effect.at) for effect in e.fit.path.effects] for e in (one, other)]
+    return places[0] == places[1] and abs(measure.score(one) - measure.score(other)) < SAME
 
 
 def _doubtful(null: Explanation, known: list[Explanation], measure: Measure, where_full: bool) -> list[Explanation]:

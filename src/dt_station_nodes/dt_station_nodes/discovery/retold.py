@@ -22,6 +22,7 @@ from .strangers import SAME
 _MOST = 3  # sets looked into beside the best one,
 _MISSED = 0.5  # of the gap, which they may leave at most
 _STEPS = 3  # refinements that one may get
+_PACE = 2.0  # times what the step before brought: a step brings no more
 _FOLLOWED = 8  # of those of a step, followed to where both runs agree
 
 
@@ -59,17 +60,22 @@ def _alike(bench: Bench, best: Explanation, other: Explanation, measure: Measure
 
 
 def told(measure: Measure, explanations: Sequence[Explanation]) -> list[Explanation]:
-    """Explanations with the refinements that both runs together bear out, added to each one at a time."""
+    """Explanations with the refinements that both runs together bear out, added to each one at a time.
+
+    One that comes on too slowly to get where the foremost is goes no further.
+    """
     best, going = list(explanations), list(range(len(explanations)))
-    for _ in range(_STEPS):
+    for left in reversed(range(_STEPS)):
         refined = _refined(measure.bench, [best[place] for place in going])
-        begun, going = going, []
-        for place, forms in zip(begun, refined, strict=True):
+        brought = {}
+        for place, forms in zip(going, refined, strict=True):
             believed = (form for form in forms if sensible(form, measure.bench.problem))
             form = min(believed, key=measure.score, default=best[place])
-            if measure.score(form) <= measure.score(best[place]) - SAME:
-                best[place] = form
-                going.append(place)
+            gain = measure.score(best[place]) - measure.score(form)
+            if gain >= SAME:
+                best[place], brought[place] = form, gain
+        foremost = min(map(measure.score, best), default=0.0)
+        going = [p for p, gain in brought.items() if measure.score(best[p]) - _PACE * left * gain < foremost]
     return best
 
 
