@@ -9,6 +9,7 @@ import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from importlib import import_module
+from multiprocessing import resource_tracker
 from typing import TypeVar
 
 try:
@@ -75,10 +76,15 @@ class Workers:
 
     def _started(self, modules: tuple[str, ...] = ()) -> ProcessPoolExecutor:
         if self._executor is None:
-            # Ctrl-C is for the process that asks.
-            deaf = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
-            self._executor = ProcessPoolExecutor(self._helpers, **deaf)
-            self._begun = [self._executor.submit(_ready, modules) for _ in range(self._helpers)]
+            self._executor = ProcessPoolExecutor(self._helpers)
+            # Ctrl-C is for the process that asks: to helpers it is blocked from their first moment on. Starting the
+            # tracker that they need unblocks it, so that comes first.
+            resource_tracker.ensure_running()
+            before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+            try:
+                self._begun = [self._executor.submit(_ready, modules) for _ in range(self._helpers)]
+            finally:
+                signal.pthread_sigmask(signal.SIG_SETMASK, before)
         return self._executor
 
     def _have_room(self, given: int, left: int) -> bool:
