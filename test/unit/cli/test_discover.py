@@ -88,6 +88,6 @@ def test_workers_are_begun_early_and_draw_the_pictures(
 
 def test_of_many_runs_each_has_one_worker(files: tuple[Path, Path], tmp_path: Path, counted: list[Counted]) -> None:
     run, model = map(str, files)
-    assert main(["discover", run, run, "--model", model, "--jobs", "1", "--out", str(tmp_path / "out"), "--json"]) == 0
+    assert main(["discover", run, run, "--model", model, "--jobs", "2", "--out", str(tmp_path / "out"), "--json"]) == 0
     assert [workers.jobs for workers in counted] == [1]
     assert sorted(path.name for path in (tmp_path / "out").glob("*/report.html"))

@@ -1,5 +1,6 @@
 """What one channel answers where a limit is only come near, where much is left, and where a refit is enough."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,6 @@ from dt_station_nodes.discovery.channel import Finding
 from dt_station_nodes.discovery.choice import BENT
 from dt_station_nodes.discovery.hypothesis_fit import fit_hypothesis
 from dt_station_nodes.discovery.problem import Problem, make_problem
-from dt_station_nodes.discovery.regrown import Form
 from dt_station_nodes.discovery.selection import Bench, Explanation, fit_null
 from dt_station_nodes.discovery.terms import nominal_terms
 
@@ -151,21 +151,20 @@ def test_effects_are_added_to_single_ones_that_were_grown_anew(monkeypatch: pyte
         def run(self) -> None:
             pass
 
-    passed_on: list[frozenset[Form]] = []
-    form = ("dead_zone",), b"numbers"
+    passed_on: list[list[Explanation]] = []
 
     def regrown(
-        *given: Any, where_full: bool = False, tried: frozenset[Form] = frozenset()
-    ) -> tuple[list[Explanation], frozenset[Form]]:
-        passed_on.append(tried)
-        return [anew if e is found and where_full else e for e in given[2]], tried | {form}
+        *given: Any, where_full: bool = False, begun: Sequence[Explanation] = ()
+    ) -> tuple[list[Explanation], list[Explanation]]:
+        passed_on.append(list(begun))
+        return [anew if e is found and where_full else e for e in given[2]], [*begun, found]
 
     monkeypatch.setattr(channel, "scan", lambda *_: [found])
     monkeypatch.setattr(channel, "regrown", regrown)
     monkeypatch.setattr(channel, "Growth", Grown)
     channel.examine(bench.problem, path, DiscoverySettings())
     assert [e is anew for e in added_to if e.added] == [True]
-    assert passed_on == [frozenset(), {form}]
+    assert passed_on == [[], [found]]
 
 
 @pytest.mark.parametrize(("others", "verdict"), [(5, Verdict.NAMED), (6, Verdict.UNEXPLAINED)])

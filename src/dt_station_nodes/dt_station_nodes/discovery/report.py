@@ -93,7 +93,7 @@ def _pictures(result: DiscoveryResult, workers: Workers) -> dict[str, list[str]]
         "where": [partial(where_picture, result.where)] if result.where else [],
         "ranking": [partial(ranking_picture, _pictured(result), floors)] if result.ranking else [],
     }
-    drawn = iter(list(workers.results(_drawn, [picture for pictures in wanted.values() for picture in pictures])))
+    drawn = workers.results(_drawn, [picture for pictures in wanted.values() for picture in pictures])
     return {place: [next(drawn) for _ in pictures] for place, pictures in wanted.items()}
 
 
