@@ -2,8 +2,9 @@
 
 import json
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import pytest
@@ -11,8 +12,11 @@ import pytest
 from dt_station_nodes.cli.app import main
 from dt_station_nodes.core.models import ModelSpec, PathSpec
 from dt_station_nodes.core.run import Run
+from dt_station_nodes.discovery import DiscoveryResult, discover
+from dt_station_nodes.identification import TransferFunction
 from dt_station_nodes.records import write_csv
 from dt_station_nodes.workers import Workers
+from support.known_systems import noisy, response
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -52,13 +56,8 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     spec = ModelSpec(name="lag", paths={"pressure": LAG})
     (folder / "lag.yaml").write_text(spec.to_yaml())
     voltage = 2.5 + 2.5 * np.sign(np.sin(0.5 * np.arange(400) * 0.02))
-    pressure = np.empty(len(voltage))
-    state = voltage[0]
-    for k, held in enumerate(voltage):
-        pressure[k] = 1e6 * (1.0 + state)
-        state = held + (state - held) * np.exp(-0.2)
-    noise = 1e4 * np.random.default_rng(3).standard_normal(len(voltage))
-    write_csv(Run(0.02, {"load_voltage_v": voltage, "pressure_pa": pressure + noise}), folder / "run.csv")
+    pressure = 1e6 * (1.0 + noisy(response(TransferFunction((1.0,), (0.1, 1.0)), voltage), 3))
+    write_csv(Run(0.02, {"load_voltage_v": voltage, "pressure_pa": pressure}), folder / "run.csv")
     return folder / "run.csv", folder / "lag.yaml"
 
 
@@ -86,8 +85,21 @@ def test_workers_are_begun_early_and_draw_the_pictures(
     assert workers.shared == pictures > 0
 
 
+def test_what_was_interrupted_is_drawn_without_helpers_that_may_still_be_at_work(
+    monkeypatch: pytest.MonkeyPatch, files: tuple[Path, Path], tmp_path: Path, counted: list[Counted]
+) -> None:
+    def interrupted(*given: Any, workers: Workers) -> DiscoveryResult:
+        return replace(discover(*given, workers=workers), interrupted=True)
+
+    monkeypatch.setattr("dt_station_nodes.cli.discover_job.search", interrupted)
+    run, model = map(str, files)
+    assert main(["discover", run, "--model", model, "--jobs", "2", "--out", str(tmp_path / "out"), "--json"]) == 0
+    assert [workers.shared for workers in counted] == [0]
+    assert "<svg" in (tmp_path / "out" / "report.html").read_text()
+
+
 def test_of_many_runs_each_has_one_worker(files: tuple[Path, Path], tmp_path: Path, counted: list[Counted]) -> None:
     run, model = map(str, files)
     assert main(["discover", run, run, "--model", model, "--jobs", "2", "--out", str(tmp_path / "out"), "--json"]) == 0
     assert [workers.jobs for workers in counted] == [1]
-    assert sorted(path.name for path in (tmp_path / "out").glob("*/report.html"))
+    assert len(list((tmp_path / "out").glob("*/report.html"))) == 2

@@ -20,6 +20,7 @@ from dt_station_nodes.discovery.result import (
     Trace,
     Verdict,
 )
+from dt_station_nodes.workers import ALONE, Workers
 
 from .far_workers import FarWorkers
 
@@ -53,9 +54,9 @@ def result(verdict: Verdict, n: int = 5000) -> DiscoveryResult:
     )
 
 
-def page(verdict: Verdict, n: int = 5000) -> str:
+def page(verdict: Verdict, n: int = 5000, workers: Workers = ALONE) -> str:
     answer = result(verdict, n)
-    return render(answer, [("numpy", "2.4.6")], ["dt-station discover run.csv"], answer.model.to_yaml())
+    return render(answer, [("numpy", "2.4.6")], ["dt-station discover run.csv"], answer.model.to_yaml(), workers)
 
 
 @pytest.mark.parametrize("verdict", list(Verdict))
@@ -80,8 +81,7 @@ def test_the_page_is_the_same_every_time():
 
 
 def test_workers_draw_the_same_page():
-    answer = result(Verdict.NAMED)
     workers = FarWorkers()
-    text = render(answer, [("numpy", "2.4.6")], ["dt-station discover run.csv"], answer.model.to_yaml(), workers)
+    text = page(Verdict.NAMED, workers=workers)
     assert text == page(Verdict.NAMED)
     assert workers.asked == [text.count("<svg")]

@@ -37,8 +37,7 @@ class Task:
     @property
     def settings(self) -> DiscoverySettings:
         """The search's settings."""
-        made = DiscoverySettings()
-        return replace(made, window_s=self.window_s) if self.window_s > 0.0 else made
+        return DiscoverySettings(window_s=self.window_s)
 
 
 Loaded = tuple[Run, Run | None, ModelSpec]
